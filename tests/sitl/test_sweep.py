@@ -149,6 +149,31 @@ def test_where_no_scheduler_answers_that_is_said_in_one_line(here: Path, monkeyp
     assert "--dask tcp://127.0.0.1:1: no scheduler answers" in done.stderr.splitlines()[-1]
 
 
+ADDRESSES = ("", "foo", "tcp://", "tcp://h", "tcp://h:0", "tcp://h:99999", "tcp://[::1:1", "http://x:1", "inproc://x")
+ADDRESSES += ("ucx://", "tls://", "tcp://h:1/x", "tcp://h\x1b:1", "10.0.0.1:8786")
+
+
+@pytest.mark.parametrize("address", ADDRESSES)
+def test_what_is_no_address_of_a_scheduler_is_refused_at_once(here: Path, address: str) -> None:
+    pytest.importorskip("distributed")
+    done = called(*WORDS, "--out", "none", "--dask", address, cwd=here)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert "write tcp://HOST:PORT" in done.stderr
+    assert "\x1b" not in done.stderr
+    assert not (here / "none").exists()
+
+
+def test_tls_without_certificates_says_what_to_set(here: Path) -> None:
+    dask_config = pytest.importorskip("dask.config")
+    pytest.importorskip("distributed")
+    words = (*WORDS, "--out", "none", "--dask", "tls://127.0.0.1:1")
+    done = called(*words, cwd=here)
+    assert (done.returncode, "set distributed.comm.tls" in done.stderr) == (2, True)
+    with dask_config.set({"distributed.comm.tls.ca-file": "no.pem", "distributed.comm.tls.client.cert": "no.pem"}):
+        done = called(*words, cwd=here)
+    assert (done.returncode, "the certificates cannot be used (" in done.stderr) == (2, True)
+
+
 def test_a_flight_that_cannot_be_flown_ends_no_sweep_and_a_row_flies_again(here: Path) -> None:
     (here / "brief.toml").write_text(BRIEF + "[environment]\nbottom_depth_m = 40.0\n")
     words = ("--grid", "3", "--vary", "scenario.start.depth=1..9", "--vary", "truth.bottom_depth=2,30", "--worst", "1")

@@ -8,10 +8,12 @@ from collections.abc import Callable, Generator, Iterable
 from importlib import import_module
 from itertools import islice
 from typing import Any, TypeVar
+from urllib.parse import urlsplit
 
 from rich.console import Console
 
 from firmware_py.error_text import one_line, shortened
+from firmware_py.foreign_text import visible
 from firmware_py.run.usage_error import UsageError
 from sternplane.campaign.crew import Died
 
@@ -22,6 +24,31 @@ _CONNECT, _WORKERS = 10.0, 60.0
 """How long a scheduler, and then a worker, may take to be there, s."""
 
 
+def check_address(address: str) -> None:
+    """Refuse what is no address of a scheduler, before anything waits for it.
+
+    Raises:
+        UsageError: neither tcp://HOST:PORT nor tls://HOST:PORT, or TLS without a certificate of one's own.
+    """
+    told = f"--dask {visible(shortened(address))}"
+    try:
+        parts = urlsplit(address)
+        whole = parts.scheme in ("tcp", "tls") and parts.hostname and parts.port and not parts.username
+        whole = whole and address.isprintable() and not (parts.path or parts.query or parts.fragment)
+    except ValueError:  # a port beyond 65535, or brackets that do not close
+        whole = False
+    if not whole:
+        raise UsageError(f"{told}: write tcp://HOST:PORT, such as tcp://10.0.0.1:8786 (tls:// where Dask has that)")
+    if parts.scheme == "tls":
+        distributed: Any = import_module("distributed")
+        try:
+            context = distributed.Security().get_connection_args("client").get("ssl_context")
+        except (OSError, ValueError, TypeError) as error:
+            raise UsageError(f"{told}: the certificates cannot be used ({one_line(error)[:80]})") from None
+        if context is None:
+            raise UsageError(f"{told}: set distributed.comm.tls in Dask's configuration first: ca-file and client")
+
+
 class DaskCrew(contextlib.AbstractContextManager["DaskCrew"]):
     """The workers of a cluster, those too that come later.
 
@@ -30,12 +57,12 @@ class DaskCrew(contextlib.AbstractContextManager["DaskCrew"]):
         console: for what is going on.
 
     Raises:
-        UsageError: no scheduler is there, or no worker comes.
+        UsageError: it is no address, no scheduler is there, or no worker comes.
     """
 
     def __init__(self, address: str, console: Console) -> None:
+        check_address(address)
         distributed: Any = import_module("distributed")
-
         told = f"--dask {shortened(address)}"
         try:
             self._client = distributed.Client(address, timeout=_CONNECT, set_as_default=False)

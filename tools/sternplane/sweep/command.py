@@ -15,7 +15,7 @@ from rich.console import Console
 from firmware_py.run.run_folders import LOG_FILE
 from firmware_py.run.usage_error import UsageError
 from sternplane.campaign.crew import Crew, Died, LocalCrew
-from sternplane.campaign.dask_crew import DaskCrew
+from sternplane.campaign.dask_crew import DaskCrew, check_address
 from sternplane.campaign.engine import complete
 from sternplane.campaign.files import write
 from sternplane.campaign.line_store import LineStore
@@ -35,8 +35,9 @@ WORST, LOGS, AGAIN = "worst", "logs", "again"
 def command(options: argparse.Namespace) -> int:
     """Fly what is missing; return 0 if no flight ended in an error, else 1."""
     require("data", "pyarrow")
-    if options.dask:
+    if options.dask is not None:
         require("cluster", "distributed")
+        check_address(options.dask)
     if not options.no_report:
         require_report()
     console = Console(stderr=True, highlight=False, soft_wrap=True)
