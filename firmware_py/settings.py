@@ -270,6 +270,8 @@ def _value(text: str) -> Any:
 def _toml(value: Any) -> str:
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(_toml, value))}]"
+    if hasattr(value, "item"):  # a number of numpy
+        value = value.item()
     if isinstance(value, bool):
         return str(value).lower()
     return value if isinstance(value, str) else repr(value)

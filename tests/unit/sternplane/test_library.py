@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -85,6 +86,20 @@ def test_a_flight_is_told_in_memory_and_the_same_again(flight: sternplane.Flight
     assert len(repr(flight)) < 500  # a prompt that shows it does not show the log
     again, other = sternplane.fly(SHORT, seed=3).recording, sternplane.fly(SHORT, seed=4).recording
     assert again.log.cycle_bytes == flight.recording.log.cycle_bytes != other.log.cycle_bytes
+
+
+def test_two_flights_at_once_in_one_process_do_not_meet(flight: sternplane.FlightResult) -> None:
+    with ThreadPoolExecutor(2) as pool:
+        both = list(pool.map(lambda seed: sternplane.fly(SHORT, seed=seed), (3, 3)))
+    for one in both:
+        assert one.completed
+        for name, values in flight.recording.columns.items():
+            np.testing.assert_array_equal(one.recording.columns[name], values, err_msg=name)
+
+
+def test_numbers_of_numpy_are_set_as_others() -> None:
+    of_numpy, plain = ({"vehicle.M_q": value} for value in (np.float64(-0.005), -0.005))
+    assert sternplane.load(set=of_numpy).vehicle == sternplane.load(set=plain).vehicle
 
 
 def test_its_log_is_left_where_it_is_wanted_and_never_overwritten(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -51,6 +52,8 @@ from sternplane.sitl.simulation_recorder import NoLog, SimulationRecorder, Witne
 
 NOT_REPRODUCIBLE = "the run is not reproducible"
 """What the reason says of a flight that a busy computer has disturbed: it may be flown again."""
+_FLIGHTS = count()
+"""Numbers the flights of this process: each has a virtual bus of its own."""
 _PATIENCE = {"max": 1.0, "realtime": 0.002}
 """How long a tick waits for a line of the DVL, s. On a busy machine the kernel takes 70 ms, and a clock goes on."""
 
@@ -218,9 +221,10 @@ def fly(
         wired = wiring(io, flight.truth)
         ends = [opened(stack, device, _PATIENCE[request.pace]) for device in io.lines]
         lines, ports = [plant for plant, _ in ends], [autopilot for _, autopilot in ends]
-        plant_bus = _bus(stack, flight)
+        channel = f"flight {next(_FLIGHTS)}"
+        plant_bus = _bus(stack, flight, channel)
         fins = config_files.vehicle(flight.configuration).fins
-        hardware = fitted(io, fins, _bus(stack, flight), ports, open_second(io, stack))
+        hardware = fitted(io, fins, _bus(stack, flight, channel), ports, open_second(io, stack))
         stack.callback(hardware.close)
         losses.add_hardware(hardware.losses, lambda: hardware.received, hardware.note)
         rest = plant_bus, lines, request.seed, rate, io.can.node_id, open_second(io, stack)
@@ -269,7 +273,7 @@ def outcome_of(completion: Completion, interrupted: bool) -> Outcome:
     return Outcome(False, completion.reason, completion.surfaced)
 
 
-def _bus(stack: contextlib.ExitStack, flight: Flight) -> CanBus:
-    bus = open_bus(flight.request.bus, standard=flight.io.canopen.shares_bus)
+def _bus(stack: contextlib.ExitStack, flight: Flight, channel: str) -> CanBus:
+    bus = open_bus(flight.request.bus, channel, standard=flight.io.canopen.shares_bus)
     stack.callback(bus.close)
     return bus
