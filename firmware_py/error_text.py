@@ -15,6 +15,10 @@ _REPR.maxstring = _REPR.maxother = _REPR.maxlong = _QUOTED_MAX
 _REPR.maxlist = _REPR.maxdict = 8
 
 
+FAILURES = (Exception, SystemExit)
+"""What a part of one's own may raise: one that calls sys.exit is wrong too. Ctrl-C ends the program as ever."""
+
+
 def quoted(value: Any) -> str:
     """Return a value as an error text repeats it: as Python writes it, cut where it is long."""
     if isinstance(value, int) and value.bit_length() > _LONGEST_INTEGER:

@@ -13,7 +13,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
 
-from firmware_py.error_text import one_line, shortened
+from firmware_py.error_text import FAILURES, one_line, shortened
+from firmware_py.foreign_text import visible
 from firmware_py.params import ParamError
 from firmware_py.records.event import Event, EventKind, event
 from firmware_py.vehicle.vehicle import Vehicle
@@ -74,7 +75,7 @@ class OwnClass(NamedTuple, Generic[P]):
         """
         try:
             return self.cls(vehicle, self.params)
-        except Exception as error:
+        except FAILURES as error:
             raise ParamError(f"{self.name} cannot be made: {_reason(error)}") from error
 
 
@@ -111,7 +112,7 @@ class Guard(Generic[P]):
                 self.part.reset()
             self._last = k
             return answer(self.part)
-        except Exception as error:  # whatever somebody's code may raise
+        except FAILURES as error:  # whatever somebody's code may raise
             self._fail(error)
             return None
 
@@ -129,7 +130,7 @@ class Guard(Generic[P]):
         own = None
         try:
             own = self.part.freeze()
-        except Exception as error:
+        except FAILURES as error:
             self._fail(error)
         return GuardMemory(self.failure, self._last, own)
 
@@ -138,16 +139,19 @@ class Guard(Generic[P]):
         self.failure, self._last = memory.failure, memory.last
         try:
             self.part.thaw(memory.own)
-        except Exception as error:
+        except FAILURES as error:
             self._fail(error)
 
-    def _fail(self, error: Exception) -> None:
+    def _fail(self, error: BaseException) -> None:
         if not self.failure:
             self.failure = _reason(error)
             self._untold = (event(EventKind.OWN_PART_FAILED, names=(self._kind, self._name, self.failure)),)
 
 
-def _reason(error: Exception) -> str:
+def _reason(error: BaseException) -> str:
     """Return an exception as one line that is the same in every run."""
-    text = one_line(_ADDRESS.sub("0x", str(error)))
+    try:
+        text = visible(one_line(_ADDRESS.sub("0x", str(error))))
+    except FAILURES:  # it is somebody's code too that says what it means
+        text = ""
     return shortened(f"{type(error).__name__}: {text}" if text else type(error).__name__)

@@ -13,7 +13,7 @@ import numpy as np
 
 from firmware_py.adapters.buses.can_bus import FramePort
 from firmware_py.adapters.own_parts import find
-from firmware_py.error_text import quoted
+from firmware_py.error_text import FAILURES, quoted
 from firmware_py.params import ParamError, load, named_values, param
 from firmware_py.wire.dronecan.message_table import KEY_VALUE
 from firmware_py.wire.dronecan.node_messages import KEY_LONGEST, KeyValue
@@ -83,7 +83,7 @@ class PayloadDevice:
         given = load(cls.Params, params.own, f"{where}: own")
         try:
             self._own = cls(given)
-        except Exception as error:
+        except FAILURES as error:
             raise ParamError(f"{where}: {name} cannot be made: {type(error).__name__}: {error}") from error
         self._name, self._base_hz = name, base_hz
         self._keys = [_key(key, f"{where}: {name}") for key in self._own.keys]
@@ -110,7 +110,7 @@ class PayloadDevice:
     def _measured(self, plant: Plant, chance: np.random.Generator) -> tuple[float, ...]:
         try:
             values = tuple([float(value) for value in self._own.measure(plant, chance)])
-        except Exception as error:  # whatever somebody's code may raise
+        except FAILURES as error:  # whatever somebody's code may raise
             raise ParamError(
                 f"sensor {self._name} failed at {plant.t:.2f} s: {type(error).__name__}: {error}"
             ) from error

@@ -53,6 +53,33 @@ def test_a_part_that_fails_is_asked_no_more_and_told_once() -> None:
     assert one.told() == ()
 
 
+class Unspeakable(Exception):
+    def __str__(self) -> str:
+        raise RuntimeError
+
+
+@pytest.mark.parametrize(
+    ("raised", "said"),
+    [(SystemExit(0), "SystemExit: 0"), (Unspeakable(), "Unspeakable"), (ValueError("\x1b[2J"), "ValueError: \\x1b[2J")],
+)
+def test_however_it_fails_the_built_in_one_goes_on(raised: BaseException, said: str) -> None:
+    def fail(_: OwnPart) -> None:
+        raise raised
+
+    one = guard()
+    assert one.ask(0, fail) is None
+    assert one.failure == said
+    assert one.ask(1, Counting.next) is None
+
+
+def test_ctrl_c_is_no_failure_of_it() -> None:
+    def stopped(_: OwnPart) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        guard().ask(0, stopped)
+
+
 def test_it_is_used_again_once_the_vehicle_was_disarmed() -> None:
     one = guard()
     one.ask(0, lambda part: part.next(fail=True))
