@@ -196,6 +196,7 @@ def test_json_has_all_of_it_and_leaves_no_page(runs: Path, capsys: Said, monkeyp
         (["a=sliding", "a=pid"], "two runs are called a: give each a name of its own, such as first=LOG"),
         (["sliding", "nowhere"], "nowhere: the log cannot be read (No such file or directory)"),
         (["sliding", "pid", "--out", "sliding/log.mcap/x.html"], "--out sliding/log.mcap/x.html: cannot be written"),
+        (["sliding", "pid", "--out", "sliding/log.mcap"], "--out sliding/log.mcap: is a page; write FILE.html"),
     ],
 )
 def test_what_cannot_be_compared_is_refused_in_one_line(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 from pathlib import Path
 
@@ -23,6 +24,8 @@ _MOST_DIFFERENCES = 30
 
 def command(options: argparse.Namespace) -> int:
     """Print what differs and the key figures, and write the page."""
+    if options.out is not None:
+        _refuse_no_page(options.out)
     comparison = Comparison(open_runs(options.runs, lambda text: print(text, file=sys.stderr)))
     out = options.out or (None if options.json else _PAGE)
     drawn = out is not None and not extras.missing()
@@ -38,6 +41,14 @@ def command(options: argparse.Namespace) -> int:
     else:
         console.print(f"  no page without {', '.join(extras.missing())}: {extras.HINT}", highlight=False, markup=False)
     return 0
+
+
+def _refuse_no_page(out: Path) -> None:
+    """Refuse what is no page: a log, a device, a FIFO would be gone."""
+    if out.suffix != ".html":
+        raise UsageError(f"--out {out}: is a page; write FILE.html")
+    if os.path.lexists(out) and not out.is_file():
+        raise UsageError(f"--out {out}: is not a regular file; choose another file")
 
 
 def _write(comparison: Comparison, out: Path) -> None:
