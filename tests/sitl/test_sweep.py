@@ -14,13 +14,17 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 from sternplane.campaign.crew import Died
+from sternplane.campaign.line_store import LineStore
+from sternplane.cli.main import parser
 from sternplane.logs.reading import read
 from sternplane.logs.replay import replay
 from sternplane.sitl.request import CONFIG
 from sternplane.sweep import command as sweep_command
 from sternplane.sweep.flight import fly_row
 from sternplane.sweep.plan import Job
+from sternplane.sweep.planning import planned
 
 from firmware_py.app import build
 from firmware_py.run.usage_error import UsageError
@@ -246,6 +250,7 @@ def test_what_is_no_fault_of_a_flight_ends_the_sweep(here: Path, monkeypatch: py
         (("--vary", "truth.current=0..30"), "current_m_s = 30.0: out of bounds"),
         (("--vary", "truth.current=0..1", "--law", "pdi"), "did you mean pid?"),
         (("--vary", "truth.current=0..1", "--vary", "truth.current_m_s=0,1"), "truth.current_m_s: is varied twice"),
+        (("--vary", "autopilot.control.law=sliding,pid"), "write --law sliding,pid instead"),
         (("--vary", "truth.current=0..1", "--n", "3", "--grid", "3"), "--n and --grid: choose one"),
         (("--vary", "truth.current=0..1", "--n", "0"), "--n 0: must be 1 or more"),
         (("--vary", "truth.current=0..1", "--seed", "9" * 20), f"--seed {'9' * 20}: seeds must stay below 2^63"),
@@ -259,3 +264,46 @@ def test_what_cannot_be_flown_is_refused_before_anything_is_written(words: tuple
     assert (done.returncode, said in done.stderr) == (2, True), done.stderr
     assert len(done.stderr.splitlines()) == 1
     assert not (here / "runs").exists()
+
+
+def begun(folder: Path) -> None:
+    """Leave a sweep that has begun, and of which nothing has flown."""
+    plan = ["--scenario", "brief.toml", "--vary", "truth.current=0..0.3", "--n", "2", "--out", str(folder / "sweep")]
+    flights, _, store = planned(parser().parse_args(["sweep", *plan]), Console(quiet=True))
+    store.close()
+    assert len(flights) == 2
+
+
+def test_of_two_that_begin_in_one_folder_one_is_refused_and_leaves_the_others_plan(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(here)
+    (here / "sweep").mkdir()
+    with contextlib.closing(LineStore(here / "sweep" / "flights.jsonl")):
+        second = called("sweep", "--scenario", "brief.toml", "--vary", "truth.current=0,1", "--out", "sweep", cwd=here)
+    assert (second.returncode, second.stderr.count("\n")) == (2, 1)
+    assert "another process is writing it" in second.stderr
+    assert [path.name for path in (here / "sweep").iterdir()] == ["flights.jsonl"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--scenario", "zigzag"), "--scenario: sweep holds a sweep, which goes on as it began"),
+        (("--io", str(CONFIG / "io_sitl.toml")), "--io: sweep holds a sweep, which goes on as it began"),
+    ],
+)
+def test_what_goes_on_is_what_began(words: tuple, said: str, here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(here)
+    begun(here)
+    done = called("sweep", "--out", "sweep", *words, cwd=here)
+    assert (done.returncode, said in done.stderr) == (2, True), done.stderr
+
+
+def test_files_that_were_changed_behind_a_sweep_end_it(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(here)
+    begun(here)
+    scenario = here / "sweep" / "inputs" / "scenario.toml"
+    scenario.write_text(scenario.read_text() + "# changed\n")
+    done = called("sweep", "--out", "sweep", cwd=here)
+    assert (done.returncode, "was changed since the sweep began" in done.stderr) == (2, True), done.stderr

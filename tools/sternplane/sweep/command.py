@@ -28,7 +28,6 @@ from sternplane.sweep.table import FILE as TABLE
 from sternplane.sweep.table import parquet
 from sternplane.sweep.worst import Row, judged_by, worst
 
-ROWS = "flights.jsonl"
 WORST, LOGS, AGAIN = "worst", "logs", "again"
 
 
@@ -45,10 +44,10 @@ def command(options: argparse.Namespace) -> int:
         return fly_again(options, console)
     if options.dask and (options.keep_logs or options.jobs):
         raise UsageError("--dask: the cluster's workers have no --jobs here, and leave no --keep-logs")
-    flights, folder = planned(options, console)
-    files = inputs.read_inputs(folder)
-    began, store = time.monotonic(), LineStore(folder / ROWS)
+    flights, folder, store = planned(options, console)
+    began = time.monotonic()
     try:
+        files = inputs.read_inputs(folder)
         missing = [k for k in range(len(flights)) if str(k) not in store.keys]
         with _crew(options, len(missing), console) as crew:
             _fly(flights, missing, files, store, folder / LOGS if options.keep_logs else None, crew, console)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from pathlib import Path
 
 from firmware_py.adapters.storage.regular_file import read_regular
@@ -40,6 +42,12 @@ def freeze(files: dict[str, bytes], folder: Path) -> None:
         raise UsageError(f"{place}: cannot be made ({error.strerror}); choose another --out") from None
     for name, content in files.items():
         write(place / name, content)
+
+
+def digest(files: dict[str, bytes]) -> str:
+    """Return what tells these files from all others."""
+    each = {name: hashlib.sha256(files[name]).hexdigest() for name in sorted(files)}
+    return hashlib.sha256(json.dumps(each).encode()).hexdigest()[:16]
 
 
 def read_inputs(folder: Path) -> dict[str, bytes]:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import dataclasses
 import json
+from collections.abc import Iterator
 from pathlib import Path
 
 from rich.console import Console
@@ -14,44 +16,67 @@ from firmware_py.run.run_folders import run_folder
 from firmware_py.run.usage_error import UsageError
 from firmware_py.settings import setting_text
 from sternplane.campaign.files import write
+from sternplane.campaign.line_store import LineStore
 from sternplane.campaign.seeds import seeds_of
 from sternplane.sitl.flight import Flight, FlightRequest, prepare
 from sternplane.sweep import inputs
 from sternplane.sweep.axes import FORM, Axis, parse_axis
 from sternplane.sweep.plan import LAW, Flights, Plan, laws_of, read_plan, refuse_other
+from sternplane.sweep.table import FILE as TABLE
 
-PLAN = "sweep.json"
+PLAN, ROWS = "sweep.json", "flights.jsonl"
+SCENARIO = "demo"
+"""Unless told otherwise."""
 _SAMPLES, _SEED = 100, 1
 """Unless told otherwise."""
 
 
-def planned(options: argparse.Namespace, console: Console) -> tuple[Flights, Path]:
-    """Return the flights of a sweep, a new one or one that goes on, and its folder.
+def planned(options: argparse.Namespace, console: Console) -> tuple[Flights, Path, LineStore]:
+    """Return the flights of a sweep, a new one or one that goes on, its folder, and the rows that are there.
+
+    The rows are locked before anything else of the folder is read or written: of two sweeps that begin at once one is
+    refused.
 
     Raises:
         ParamError, UsageError: in one line, what is wrong.
     """
     there = options.out / PLAN if options.out is not None else None
     if there is not None and there.exists():
-        return _going_on(options, there, console), options.out
+        with _locked(options.out) as store:
+            return _going_on(options, there, console), options.out, store
     if not options.vary:
         raise UsageError(f"sweep: nothing is varied; give --vary {FORM}")
     request = FlightRequest(options.scenario, options.config, io=options.io)
     plan, law = _checked(options, request)
     flights, folder = Flights(plan, law), run_folder(options.out)
-    if left := [path.name for path in folder.iterdir() if path.name in ("flights.jsonl", "flights.parquet")]:
-        raise UsageError(f"{folder}: holds {left[0]} of something else; choose another --out")
-    inputs.freeze(inputs.files_of(request), folder)
-    made_by = {"law": law, "samples": flights.digest, "revision": provenance.git_revision()}
-    write(folder / PLAN, json.dumps({"plan": plan.plain(), **made_by}, indent=1) + "\n")
-    _tell(flights, folder, console)
-    return flights, folder
+    files = inputs.files_of(request)
+    with _locked(folder) as store:
+        if left := [*([ROWS] if store.keys else []), *[name for name in (TABLE, PLAN) if (folder / name).exists()]]:
+            raise UsageError(f"{folder}: holds {left[0]} of something else; choose another --out")
+        inputs.freeze(files, folder)
+        made_by = {"law": law, "samples": flights.digest, "inputs": inputs.digest(files)}
+        made_by |= {"revision": provenance.git_revision()}
+        write(folder / PLAN, json.dumps({"plan": plan.plain(), **made_by}, indent=1) + "\n")
+        _tell(flights, folder, console)
+        return flights, folder, store
+
+
+@contextlib.contextmanager
+def _locked(folder: Path) -> Iterator[LineStore]:
+    """Open the rows of a sweep; they stay open unless something is wrong."""
+    store = LineStore(folder / ROWS)
+    try:
+        yield store
+    except BaseException:
+        store.close()
+        raise
 
 
 def _going_on(options: argparse.Namespace, path: Path, console: Console) -> Flights:
     """Return the flights of a sweep that is there; options that are given must be those of then."""
     plan, found = read_plan(path)
     of_a_plan = {"--n": options.n, "--grid": options.grid, "--seed": options.seed, "--seeds": options.seeds}
+    of_a_plan |= {"--io": options.io, "--scenario": _other(options.scenario, plan.scenario)}
     of_a_plan |= {"--law": options.law, "--set": options.settings or None, "--fault": options.fault or None}
     if not options.vary and (given := [name for name, value in of_a_plan.items() if value is not None]):
         raise UsageError(f"{given[0]}: {path.parent} holds a sweep, which goes on as it began; give --out alone")
@@ -64,11 +89,18 @@ def _going_on(options: argparse.Namespace, path: Path, console: Console) -> Flig
         )
         if changed := [name for name in now if now[name] != then.get(name)]:
             console.print(f"{', '.join(changed)} changed since: the sweep goes on with {path.parent / inputs.FOLDER}")
+    if inputs.digest(inputs.read_inputs(path.parent)) != found.get("inputs"):
+        raise UsageError(f"{path.parent / inputs.FOLDER}: was changed since the sweep began; choose another --out")
     flights = Flights(plan, found["law"])
     if flights.digest != found["samples"]:
         raise UsageError(f"{path}: this version draws other samples; go on with revision {found['revision']}")
     _tell(flights, path.parent, console)
     return flights
+
+
+def _other(scenario: str, there: str) -> str | None:
+    """Return a scenario that was given and is another one than that of the sweep."""
+    return None if scenario in (there, SCENARIO) else scenario
 
 
 def _checked(options: argparse.Namespace, request: FlightRequest) -> tuple[Plan, str]:
@@ -86,7 +118,9 @@ def _checked(options: argparse.Namespace, request: FlightRequest) -> tuple[Plan,
     nominal = prepare(base, {})
     axes = tuple(parse_axis(text, nominal) for text in options.vary)
     keys = [axis.key for axis in axes]
-    if twice := [key for key in keys if keys.count(key) > 1 or (key == LAW and laws)]:
+    if LAW in keys:
+        raise UsageError(f"--vary {LAW}: laws are told apart in table and report; write --law sliding,pid instead")
+    if twice := [key for key in keys if keys.count(key) > 1]:
         raise UsageError(f"--vary {twice[0]}: is varied twice")
     for law in laws:
         _try(base, f"{LAW}={law}")
