@@ -26,6 +26,9 @@ _LIKELY = 0.4
 """With this share of the evidence the contrary is likely."""
 _GAP = 1.0
 """Between two pings at most, s."""
+_FALSE = 0.5
+"""A ping that is so far from what was expected, m/s, is left out: between two pings neither vehicle nor water change so
+much. Where they go on so, the gap has soon grown too long, and the next one begins anew."""
 _PITCHED = 1.0
 """Pitching at q a hull is braked or pushed by q times this, m/s: (m - X_wq) / (m - X_udot), heaving by 0.3 m/s."""
 _VAGUE = 0.5
@@ -139,6 +142,8 @@ class ThrustWatch:
             water = filter_.begin(ping.u, psi) if m.water is None else filter_.again(m.water, ping.u, psi, dt)
             self._memory = ThrustMemory(m.lost, t, 0.0, water, None, None, 0.0)
             self._runaway.pause(ping.u)
+            return self.fault
+        if abs(ping.u - m.water.u - math.cos(ping.theta) * m.water.along(psi)) > _FALSE:
             return self.fault
         u_n = self._advance * ping.n
         sway = filter_.sway(m.sway, m.water.u, ping.r, ping.rudder, dt)

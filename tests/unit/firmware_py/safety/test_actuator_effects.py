@@ -184,6 +184,30 @@ def test_nor_is_a_current_that_jumps(jump: float, seed: int) -> None:
     assert named == []
 
 
+@pytest.mark.parametrize("spike", [-8.0, -1.0, 1.0, 8.0])
+def test_a_false_ping_moves_neither_speed_nor_current(spike: float) -> None:
+    watches = thrust_watch(), thrust_watch()
+    for watch in watches:
+        thrust_flight(watch, lambda _t: 1.0, seconds=20.0)
+    lied_to, sound = watches
+    for i in range(5):
+        for watch in watches:
+            off = spike if watch is lied_to and i == 0 else 0.0
+            watch.update(ping(20.0 + 0.2 * i, 1.8 + off, 1.8 / ADVANCE))
+    (told,), (true,) = (watch.water(20.8) for watch in (lied_to, sound))
+    assert told.u == pytest.approx(true.u, abs=0.02)
+    assert told.north == pytest.approx(true.north, abs=0.02)
+
+
+def test_pings_that_stay_elsewhere_are_taken_up_again_after_a_second() -> None:
+    watch = thrust_watch()
+    thrust_flight(watch, lambda _t: 1.0, seconds=20.0)
+    for i in range(60):
+        watch.update(ping(20.0 + 0.2 * i, 2.6, 1.8 / ADVANCE))
+    (water,) = watch.water(31.8)
+    assert water.u + water.north == pytest.approx(2.6, abs=0.1)
+
+
 @pytest.mark.parametrize("current", [-1.0, 1.0])
 def test_speed_through_the_water_and_current_are_told_apart_within_half_a_minute(current: float) -> None:
     watch = thrust_watch()
