@@ -198,7 +198,10 @@ class Guidance:
         return math.nan, NO_EXCITATION
 
     def _fly(self, end: Waypoint, state: StateEstimate, dt: float) -> float:
-        """Set the setpoint of a leg; return the cross-track distance, m."""
+        """Set the setpoint of a leg; return the cross-track distance, m; NaN while it circles for the depth.
+
+        That is bounded in time by itself: it is no leg on which no way is made.
+        """
         route, eta, command = self._flown, state.eta, self._depth.command
         before, reach = route.freeze(), self._params.reach(self._turning, self._speed(end.u), state.nu.u)
         way = route.follow(eta.x, eta.y, reach, lambda end: self._bottom.depth_of(end, command) - eta.z, dt)
@@ -213,7 +216,7 @@ class Guidance:
                 heading = self._sight.update(way, state, dt)
                 z_d = z_d if end.above else route.depth(end, way)
             self._wanted = Setpoint(max(z_d, 0.0), heading, self._speed(end.u))
-        return way.across
+        return way.across if route.spiral is None else math.nan
 
     def _loiter(self, item: Loiter, state: StateEstimate, dt: float) -> None:
         """Set the setpoint of a loiter; leave the item when its turns or its time are over."""

@@ -107,6 +107,7 @@ def test_leaving_the_mission_ends_the_circle() -> None:
     vehicle = Diver(Waypoint(30.0, 0.0, 20.0, 1.8))
     vehicle.fly(25.0)
     assert vehicle.guidance.freeze().route.spiral is not None
+    assert math.isnan(vehicle.step(Mode.MISSION).cross_track)  # a circle is no leg on which no way could be made
     vehicle.run(Mode.HOLD, 60.0)
     vehicle.fly(1.0)
     assert vehicle.guidance.freeze().route.spiral is None
