@@ -81,7 +81,7 @@ class CoefficientEstimator:
         self._buffer, self._doubts = FixedLagBuffer(params.horizon, vehicle), Doubts(self.ekf, vehicle)
         self._health = CoefficientValidity(health, self.ekf.model, count)
         self._running = self._begun = False
-        self._whole = True
+        self._whole, self._carries = True, vehicle.drop_weight is not None
         self._resets = self._filter_resets = self._iterations = 0
         self._variances = [P.diagonal()[self._learned] for P in self.ekf.P]
         """Of the coefficients, by filter: views of the covariances."""
@@ -123,7 +123,7 @@ class CoefficientEstimator:
         `state` is what navigation makes of the same frame, `doubts` is for `Doubts`.
         """
         params, buffer = self._params, self._buffer
-        gone = applied.drop or (frame.hardpoint.ok and not frame.hardpoint.value.holds)
+        gone = applied.drop or (self._carries and frame.hardpoint.ok and not frame.hardpoint.value.holds)
         self._whole = not gone  # without its drop weight it is another vehicle, of which nothing is learned
         buffer.hear(tick.t, frame, applied)
         deep = state.eta.z - DEPTH_SIGMAS * state.depth_std >= params.depth_min

@@ -13,16 +13,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware_py.estimation.coefficient_estimator import CoefficientEstimator
-from firmware_py.estimation.coefficient_params import TEN
+from firmware_py.estimation.coefficient_params import TEN, CoefficientParams
 from firmware_py.estimation.coefficient_validity import ValidityParams
 from firmware_py.estimation.learning_params import LearningParams
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import Learned
-from firmware_py.records.sensing import Ahrs, Dvl, Heard
+from firmware_py.records.sensing import Ahrs, Dvl, Hardpoint, Heard
 from firmware_py.tick import Tick
 from firmware_py.vehicle.servo import SERVO_TIME
 from tests.estimation.cases import TRUTH
-from tests.estimation.flights import Moment, deaf, flown, hears, learner, moments, said
+from tests.estimation.flights import VEHICLE, Moment, deaf, flown, hears, learner, moments, said
 
 BANK = (0.0, 0.02, 0.05)
 FLIGHT = moments(flown())
@@ -78,6 +78,15 @@ def test_without_the_drop_weight_nothing_goes_on_being_learned_or_relied_on() ->
     assert not any(any(learned.valid) for learned in after[10:])
     assert not any(any(learned.excited) for learned in after[10:])
     assert (after[-1].value, after[-1].std) == (after[10].value, after[10].std)
+
+
+@pytest.mark.parametrize("carries", [True, False])
+def test_an_open_hardpoint_ends_learning_only_where_a_drop_weight_hangs_on_it(carries: bool) -> None:
+    boat = VEHICLE if carries else dataclasses.replace(VEHICLE, drop_weight=None)
+    learning = CoefficientEstimator(LearningParams(), CoefficientParams(), ValidityParams(), boat)
+    empty = Heard(Hardpoint(False, math.nan), 0.0, True, True)
+    course = [moment._replace(frame=hears(moment.frame, hardpoint=empty)) for moment in FLIGHT]
+    assert any(said(learning, course)[-1].excited) is not carries
 
 
 def at(course: Iterable[Moment], begin: float, end: float, change: Callable[[Moment], Moment]) -> Iterator[Moment]:
