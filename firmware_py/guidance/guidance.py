@@ -198,10 +198,7 @@ class Guidance:
         return math.nan, NO_EXCITATION
 
     def _fly(self, end: Waypoint, state: StateEstimate, dt: float) -> float:
-        """Set the setpoint of a leg; return the cross-track distance, m; NaN while it circles for the depth.
-
-        That is bounded in time by itself: it is no leg on which no way is made.
-        """
+        """Set the setpoint of a leg; return the cross-track distance, m; NaN in a circle for the depth, no leg."""
         route, eta, command = self._flown, state.eta, self._depth.command
         before, reach = route.freeze(), self._params.reach(self._turning, self._speed(end.u), state.nu.u)
         way = route.follow(eta.x, eta.y, reach, lambda end: self._bottom.depth_of(end, command) - eta.z, dt)
