@@ -118,7 +118,7 @@ def foreign(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[ForeignActuators]]
 
         def with_foreign(*arguments: Any) -> Bridge:
             *before, bus, lines, seed, hz, own_id, second = arguments
-            theirs = open_bus("virtual")
+            theirs = open_bus(bus.name)
             stack.callback(theirs.close)
 
             def fitted(plant: Plant, devices: Devices, faults: Any) -> Bridge:
