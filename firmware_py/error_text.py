@@ -39,6 +39,15 @@ def one_line(error: BaseException | str) -> str:
     return " ".join(str(error).split())
 
 
+def failure_text(error: BaseException) -> str:
+    """Return what a part of one's own raised, its kind and what it says, as one line; what it says may fail too."""
+    try:
+        said = one_line(error)
+    except FAILURES:
+        said = ""
+    return f"{type(error).__name__}: {said}" if said else type(error).__name__
+
+
 def printable(value: Any, longest: int) -> bool:
     """Return whether a value is a text of up to so many characters, all of which can be seen on a terminal."""
     return isinstance(value, str) and len(value) <= longest and value.isprintable()

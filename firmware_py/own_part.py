@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
 
-from firmware_py.error_text import FAILURES, one_line, shortened
+from firmware_py.error_text import FAILURES, failure_text, shortened
 from firmware_py.foreign_text import visible
 from firmware_py.params import ParamError
 from firmware_py.records.event import Event, EventKind, event
@@ -150,8 +150,4 @@ class Guard(Generic[P]):
 
 def _reason(error: BaseException) -> str:
     """Return an exception as one line that is the same in every run."""
-    try:
-        text = visible(one_line(_ADDRESS.sub("0x", str(error))))
-    except FAILURES:  # it is somebody's code too that says what it means
-        text = ""
-    return shortened(f"{type(error).__name__}: {text}" if text else type(error).__name__)
+    return shortened(visible(_ADDRESS.sub("0x", failure_text(error))))

@@ -19,7 +19,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, TypeVar
 
-from firmware_py.error_text import FAILURES, one_line, shortened
+from firmware_py.error_text import FAILURES, failure_text, shortened
 from firmware_py.params import ParamError, probably
 
 T = TypeVar("T")
@@ -92,7 +92,7 @@ def _entry_point(name: str, group: str, built_in: tuple[str, ...]) -> Any:
     try:
         return installed[name].load()
     except FAILURES as error:  # whatever somebody's code may raise
-        raise ParamError(f"{name}: {installed[name].value} cannot be imported ({_line(error)})") from error
+        raise ParamError(f"{name}: {installed[name].value} cannot be imported ({failure_text(error)})") from error
 
 
 def _in_module(name: str) -> Any:
@@ -110,9 +110,5 @@ def _in_module(name: str) -> Any:
     except FAILURES as error:  # whatever somebody's code may raise
         missing = isinstance(error, ModuleNotFoundError) and error.name == module.partition(".")[0]
         remedy = "; install it, or name its folder: PYTHONPATH=DIR" if missing else ""
-        raise ParamError(f"{name}: cannot be imported ({_line(error)}){remedy}") from error
+        raise ParamError(f"{name}: cannot be imported ({failure_text(error)}){remedy}") from error
     return found
-
-
-def _line(error: BaseException) -> str:
-    return f"{type(error).__name__}: {one_line(error)}"

@@ -54,11 +54,8 @@ class DoubtedWater:
             turbulence: of the eddies that are likely, m/s.
         """
         m, ekf = self._memory, self._ekf
-        until, confirmed, rises = (
-            m.until,
-            int(ekf.iterated.sum()),
-            m.confirmed > 0 and m.calm < CALM and turbulence > EDDIES_BEGIN,
-        )
+        until, confirmed = m.until, int(ekf.iterated.sum())
+        rises = m.confirmed > 0 and m.calm < CALM and turbulence > EDDIES_BEGIN
         if ekf.bursts != m.bursts or (m.trusted and not trusted) or confirmed < m.confirmed or rises:
             until = t + FRONT_TIME
         elif until <= t:

@@ -13,7 +13,7 @@ import numpy as np
 
 from firmware_py.adapters.buses.can_bus import FramePort
 from firmware_py.adapters.own_parts import find
-from firmware_py.error_text import FAILURES, quoted
+from firmware_py.error_text import FAILURES, failure_text, quoted
 from firmware_py.params import ParamError, load, named_values, param
 from firmware_py.wire.dronecan.message_table import KEY_VALUE
 from firmware_py.wire.dronecan.node_messages import KEY_LONGEST, KeyValue
@@ -84,7 +84,7 @@ class PayloadDevice:
         try:
             self._own = cls(given)
         except FAILURES as error:
-            raise ParamError(f"{where}: {name} cannot be made: {type(error).__name__}: {error}") from error
+            raise ParamError(f"{where}: {name} cannot be made: {failure_text(error)}") from error
         self._name, self._base_hz = name, base_hz
         self._keys = [_key(key, f"{where}: {name}") for key in self._own.keys]
         chance = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, params.node, *name.encode()])))
@@ -111,9 +111,7 @@ class PayloadDevice:
         try:
             values = tuple([float(value) for value in self._own.measure(plant, chance)])
         except FAILURES as error:  # whatever somebody's code may raise
-            raise ParamError(
-                f"sensor {self._name} failed at {plant.t:.2f} s: {type(error).__name__}: {error}"
-            ) from error
+            raise ParamError(f"sensor {self._name} failed at {plant.t:.2f} s: {failure_text(error)}") from error
         if len(values) != len(self._keys):
             raise ParamError(f"sensor {self._name} measured {len(values)} values for {len(self._keys)} keys")
         return values

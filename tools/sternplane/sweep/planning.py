@@ -80,16 +80,14 @@ def _going_on(options: argparse.Namespace, path: Path, console: Console) -> Flig
     of_a_plan |= {"--law": options.law, "--set": options.settings or None, "--fault": options.fault or None}
     if not options.vary and (given := [name for name, value in of_a_plan.items() if value is not None]):
         raise UsageError(f"{given[0]}: {path.parent} holds a sweep, which goes on as it began; give --out alone")
+    frozen = inputs.read_inputs(path.parent)
     if options.vary:
         request = inputs.frozen_request(path.parent)
         refuse_other(plan, _checked(options, request)[0], path.parent)
-        then, now = (
-            inputs.read_inputs(path.parent),
-            inputs.files_of(FlightRequest(options.scenario, options.config, io=options.io)),
-        )
-        if changed := [name for name in now if now[name] != then.get(name)]:
+        now = inputs.files_of(FlightRequest(options.scenario, options.config, io=options.io))
+        if changed := [name for name in now if now[name] != frozen.get(name)]:
             console.print(f"{', '.join(changed)} changed since: the sweep goes on with {path.parent / inputs.FOLDER}")
-    if inputs.digest(inputs.read_inputs(path.parent)) != found.get("inputs"):
+    if inputs.digest(frozen) != found.get("inputs"):
         raise UsageError(f"{path.parent / inputs.FOLDER}: was changed since the sweep began; choose another --out")
     flights = Flights(plan, found["law"])
     if flights.digest != found["samples"]:
