@@ -24,6 +24,7 @@ from firmware_py.estimation.coefficient_records import EkfMemory, Estimate, Hist
 from firmware_py.estimation.filter import bank
 from firmware_py.estimation.filter.bank_arrays import BankArrays, Constants
 from firmware_py.estimation.filter.boost import boost_covariance
+from firmware_py.estimation.filter.combined_estimate import combined_estimate
 from firmware_py.estimation.filter.consistency import BURST_PAUSE, GYRO, WAIT, bursts, contradicts, diverged
 from firmware_py.estimation.filter.kernel_arguments import Given, Monitor, Output
 from firmware_py.estimation.filter.start_up import schedule
@@ -31,7 +32,7 @@ from firmware_py.estimation.iteration.acceptance import Verdict
 from firmware_py.estimation.iteration.iterated_filter import IteratedFilter
 from firmware_py.estimation.model.jacobians import Array
 from firmware_py.estimation.model.observer_model import Floats
-from firmware_py.estimation.model.state import CURRENT_EAST, CURRENT_NORTH, MOVING, PHI, STILL
+from firmware_py.estimation.model.state import MOVING
 from firmware_py.vehicle.vehicle import Vehicle
 
 RESET_STD = (1.0,) * 3 + (0.2,) * 3 + (0.5, 0.5, math.pi)
@@ -62,8 +63,6 @@ class CoefficientEkf:
             all, if there is no iteration.
     """
 
-    withheld: tuple[str, ...]
-
     def __init__(self, vehicle: Vehicle, params: CoefficientParams) -> None:
         """Makes room for a filter of `params.names` over the believed vehicle.
 
@@ -82,14 +81,14 @@ class CoefficientEkf:
         self._begun = np.zeros(len(params.names), dtype=np.bool_)
         self._believed = np.array(self.model.believed)
         """What parameters begin with."""
-        self._since_reset, self.resets = math.inf, 0
+        self._since_reset, self.resets, self.bursts = math.inf, 0, 0
         self._learns = self.tuning.may_learn[self.model.first : self.model.size] > 0.0
         self.nis = np.full(MOVING, math.nan)
         self._given = Given(0.0, np.zeros((1, 4)), np.zeros((1, MOVING)), np.zeros(MOVING), self.nis[None])
         schedule(self.tuning, self.age, self.model.first, 0.0, filters.kernel.settings)
         self.banks = filters, BankArrays(vehicle, params)
         self.iteration = IteratedFilter(self.banks[1], params)
-        self.withheld, self.bursts = (), 0
+        self.withheld: tuple[str, ...] = ()
         self.iterated = np.full(len(params.names), not params.iteration_times)
 
     def start(self, nu: Floats, angles: Floats, std: Floats, values: Mapping[str, float] | None = None) -> None:
@@ -134,23 +133,48 @@ class CoefficientEkf:
         an iteration has confirmed them, those of the beginning are.
         """
         self.resets += 1
-        mean = self.combine()[0]
         self.bank.reset_current()
         settled = self.iteration.settled(self.age[0])
         self.bursts += settled and self._since_reset >= RESET_AGAIN_TIME and contradicts(self._monitor.window[GYRO])
-        if not settled:
-            self.x[:, self.model.first :] = self._believed
         if self._since_reset < RESET_AGAIN_TIME or not settled:
-            self.bank.forget(self.model.first, self.model.size, self.prior[self.model.first :] ** 2)
-            self.age[:] = 0.0
-            self.iterated[:] = not self.params.iteration_times
+            self._forget_parameters(values=not settled)
+        self._forget_motion()
+        if settled:
+            self.begin_history()
+
+    def begin_anew(self) -> None:
+        """Knows nothing any longer, but about how it moves: whatever it knew was contradicted."""
+        self.bank.forget_sensors()
+        self._forget_parameters(values=True)
+        self._forget_motion()
+        self.begin_history()
+
+    def _forget_parameters(self, *, values: bool) -> None:
+        """Makes them as uncertain, and unconfirmed, as in the beginning; their `values` too are what they were then."""
+        if values:
+            self.x[:, self.model.first :] = self._believed
+        self.bank.forget(self.model.first, self.model.size, self.prior[self.model.first :] ** 2)
+        self.age[:] = 0.0
+        self.iterated[:] = not self.params.iteration_times
+
+    def _forget_motion(self) -> None:
+        """Begins anew in motion, about where it is, and in all that tells of divergence."""
         self._since_reset = 0.0
         self._monitor.window[:], self._monitor.burst[:] = 0.0, 0.0
+        self.bank.reset_motion(self.bank.combine()[0][:MOVING], np.square(RESET_STD))
         self.iteration.evidence_reset(float(self.log_likelihood.max()))
         self.log_likelihood[:] = 0.0
-        self.bank.reset_motion(mean[:MOVING], np.square(RESET_STD))
-        if settled:
-            self.iteration.begin(self.bank, self.age[0])
+
+    def begin_history(self, *, near: bool = False) -> None:
+        """Passes go through the flight from here on; `near` as in `IteratedFilter.begin`.
+
+        While none has confirmed anything they begin with believed coefficients, as in the very beginning: those of the
+        running filter are more certain than slopes about wrong values make them right.
+        """
+        if self.iterated.any():
+            self.iteration.begin(self.bank, self.age[0], near)
+        else:
+            self.iteration.begin_again(self.bank, self.age[0], self._believed)
 
     def _heed_burst(self) -> None:
         """The gyros contradict the filter, before it is lost: the vehicle has changed, by damage most likely."""
@@ -167,7 +191,7 @@ class CoefficientEkf:
             kept = [i for i, name in enumerate(self.model.names) if any(fins in name for fins in withheld)]
             added[:, kept, :] = added[:, :, kept] = 0.0
             self.P[:, first:, first:] += added
-            self.iteration.begin(self.bank, self.age[0])
+            self.begin_history()
 
     def go_back(self, known: Constants, *, water: bool) -> None:
         """Knows what it knew earlier, see `BankArrays.constants`; what it has learned since was in vain.
@@ -177,17 +201,17 @@ class CoefficientEkf:
         """
         self.bank.put_constants(known, current=not water)
         self._monitor.window[:] = 0.0
-        self.iteration.begin(self.bank, self.age[0], near=True)
+        self.begin_history(near=True)
 
     def forget(self, letters: str) -> None:
         """Knows no more of coefficients with these first letters than at first, see `BankArrays.forget_axis`."""
         self.bank.forget_axis(letters, self._believed)
-        self.iteration.begin(self.bank, self.age[0])
+        self.begin_history()
 
     def exchange_sensors(self) -> None:
         """Knows nothing of the biases of sensors, and of the current: others measure from now on."""
         self.bank.forget_sensors()
-        self.iteration.begin(self.bank, self.age[0], near=True)
+        self.begin_history(near=True)
 
     def permit(self, learned: Flags) -> None:
         """Says which of the learned coefficients, (names,), may learn; the others neither learn nor become uncertain.
@@ -254,31 +278,9 @@ class CoefficientEkf:
         if self.iteration.gave_up:
             self.iteration.begin_again(self.bank, self.age[0], self._believed)
 
-    def combine(self) -> tuple[Array, Array, Array]:
-        """Mean and 1 sigma of the whole state, (n,), and the probabilities of the filters: `estimate` in short."""
-        return self.bank.combine()
-
     def estimate(self) -> Estimate:
         """What is believed now."""
-        mean, std, weights = self.combine()
-        off = self.x - mean
-        off[:, PHI:MOVING] = (off[:, PHI:MOVING] + math.pi) % math.tau - math.pi
-        covariance = np.einsum("b,bij->ij", weights, self.P + off[:, :, None] * off[:, None, :])
-        first, count = self.model.first, len(self.names)
-        nan, current = np.full(2, math.nan), slice(CURRENT_NORTH, CURRENT_EAST + 1)
-        flows = self.model.water != STILL
-        return Estimate(
-            values=mean[first : first + count],
-            std=std[first : first + count],
-            covariance=covariance,
-            mean=mean,
-            nu=mean[:PHI],
-            angles=mean[PHI:MOVING],
-            current=mean[current] if flows else nan,
-            current_std=std[current] if flows else nan,
-            weights=weights,
-            turbulence=float(weights @ np.array(self.params.turbulence)),
-        )
+        return combined_estimate(self.bank, self.params.turbulence)
 
     def freeze(self) -> EkfMemory:
         """All it remembers."""

@@ -196,7 +196,7 @@ class CoefficientEstimator:
 
     def _learned_now(self, before: Learned | None, report: tuple[Event, ...]) -> Learned:
         """Return what is known. What was not excited since `before` stays, unless an iteration took over."""
-        mean, std, weights = (array.tolist() for array in self.ekf.combine())
+        mean, std, weights = (array.tolist() for array in self.ekf.bank.combine())
         value, sigma = mean[self._learned], std[self._learned]
         _, excited, nis = self._health.verdict
         nothing = (False,) * self._count

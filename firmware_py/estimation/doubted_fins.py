@@ -39,6 +39,8 @@ _MARGIN = 5.0
 """What was learned in so many s before something spoke for a fault is not believed either."""
 _RATE_TIME = 10.0
 """How fast fins turn is a mean over so long, s."""
+_FRUITLESS = 3
+"""Contradicted so many times more, and confirmed never between, what is known is not what was damaged."""
 _EVERY, _MOST = 1.0, 20
 """What is known is kept so often, s, and so many times."""
 
@@ -63,6 +65,8 @@ class DoubtedMemory(NamedTuple):
         turning: by fin, mean square of how fast it turns, (rad/s)^2; empty: not known yet.
         last: when that was updated, s.
         weak: whether the filter was told that the axis' fins are weak.
+        fruitless: how often the filter has gone back, one time after another, without a pass that took over between.
+        accepted: how many passes had taken over when it last went back.
     """
 
     std: tuple[float, ...]
@@ -73,6 +77,8 @@ class DoubtedMemory(NamedTuple):
     turning: tuple[float, ...]
     last: float
     weak: tuple[bool, ...] = (False, False)
+    fruitless: int = 0
+    accepted: int = 0
 
 
 _NEVER = (-math.inf, -math.inf)
@@ -119,11 +125,21 @@ class DoubtedFins:
         if any(silent) or m.std != _FRESH.std:
             changed = self._follow_angles(t, silent, mute, rates, doubts)
         elif burst:
-            self._memory = m._replace(bursts=ekf.bursts)
-            self._go_back(t, 0.0)
-            ekf.boost()
+            self._contradicted(t)
             changed = True
         return changed | self._follow_effect(t, doubts)
+
+    def _contradicted(self, t: float) -> None:
+        """Go back to what was known before the gyros contradicted the filter, or begin anew where that is in vain."""
+        ekf, accepted = self._ekf, self._ekf.iteration.accepted
+        fruitless = self._memory.fruitless + 1 if accepted == self._memory.accepted else 0
+        self._memory = self._memory._replace(bursts=ekf.bursts, fruitless=fruitless, accepted=accepted)
+        if fruitless < _FRUITLESS:
+            self._go_back(t, 0.0)
+            ekf.boost()
+        else:
+            self._memory = self._memory._replace(fruitless=0, known=())
+            ekf.begin_anew()
 
     def _follow_angles(
         self,

@@ -65,7 +65,7 @@ class DoubtedWater:
         if (until > -math.inf) != (m.until > -math.inf):
             self._tell()
             if until == -math.inf:
-                ekf.iteration.begin(ekf.bank, ekf.age[0], near=True)
+                ekf.begin_history(near=True)
 
     def freeze(self) -> DoubtedWaterMemory:
         """Return the whole memory."""

@@ -83,7 +83,7 @@ def test_what_does_not_learn_stays_to_the_last_bit_and_what_does_is_no_surer_for
 def test_in_short_it_says_what_it_says_at_length() -> None:
     ekf = started(turbulence=BANK)
     ekf.run(DT, TRIAL.inputs[:500], Z[:500], VARIANCE)
-    told, (mean, std, weights) = ekf.estimate(), ekf.combine()
+    told, (mean, std, weights) = ekf.estimate(), ekf.bank.combine()
     assert mean.tobytes() == told.mean.tobytes()
     assert weights.tobytes() == told.weights.tobytes()
     np.testing.assert_allclose(std, np.sqrt(told.covariance.diagonal()), rtol=1e-9)
