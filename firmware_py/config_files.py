@@ -189,7 +189,10 @@ def _times(table: Mapping[str, Any], factors: Mapping[str, Any], where: str) -> 
         if isinstance(value, Mapping) and isinstance(factor, Mapping):
             product[key] = _times(value, factor, f"{where}: {key}")
         elif type(value) in _NUMBERS and type(factor) in _NUMBERS:
-            product[key] = value * factor
+            try:
+                product[key] = value * factor
+            except OverflowError as error:  # an integer that no double holds
+                raise ParamError(f"{where}: {quoted(key)}: the factor {quoted(factor)} is too large") from error
         else:
             raise ParamError(f"{where}: {quoted(key)} is no number of vehicle.toml with a factor for it")
     return product

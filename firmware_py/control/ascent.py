@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from firmware_py.marine import clip
-from firmware_py.params import param
+from firmware_py.params import ParamError, param
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.vehicle.linear_models import DivingCoefficients, diving_coefficients, diving_model
 from firmware_py.vehicle.turning import heaved_axis, pitch_axis
@@ -146,8 +146,16 @@ class PitchControl:
 
 
 def steady_pitch(vehicle: Vehicle) -> float:
-    """Return pitch by stern plane angle where neither heave nor pitch changes, at 1 m/s (Eq. 1); it grows by u^2."""
+    """Return pitch by stern plane angle where neither heave nor pitch changes, at 1 m/s (Eq. 1); it grows by u^2.
+
+    Raises:
+        ParamError: no such pitch exists, for the vehicle has no inertia, damping in heave or righting moment.
+    """
     pitch, ((heave_w, _, heave_s), _) = pitch_axis(vehicle), heaved_axis(vehicle)
+    if heave_w == 0.0:
+        raise ParamError("coefficients: Z_w = 0 leaves heave without damping; it should be negative")
+    if pitch.restoring == 0.0:
+        raise ParamError("body: z_G and z_B leave no righting moment in pitch; z_G should be greater, further down")
     return -(pitch.control - pitch.crosswise * heave_s / heave_w) / pitch.restoring
 
 

@@ -144,6 +144,7 @@ def test_factors_multiply_numbers_of_the_vehicle_file(folder: Path) -> None:
         ({"name": 2.0}, "'name' is no number of vehicle.toml"),
         ({"propeller": {"n_max_rpm": -1.0}}, "propeller: n_max_rpm = -"),
         ({"coefficients": {"M_ds": True}}, "coefficients: 'M_ds' is no number of vehicle.toml"),
+        ({"coefficients": {"M_ds": 10**400}}, "coefficients: 'M_ds': the factor 1e400"),
     ],
 )
 def test_a_factor_for_what_is_no_number_is_refused(folder: Path, factors: dict[str, Any], words: str) -> None:

@@ -13,6 +13,7 @@ from firmware_py.adapters.installation import configs
 from firmware_py.control.ascent import settles, settling_bandwidth, steady_pitch
 from firmware_py.control.control import Control, ControlParams
 from firmware_py.marine import Eta, Nu
+from firmware_py.params import ParamError
 from firmware_py.records.command import AscentStage, Demand, ModeState
 from firmware_py.records.order import NO_ORDER, Mode
 from firmware_py.vehicle.linear_models import diving_coefficients, diving_model
@@ -115,6 +116,15 @@ def test_the_pitch_of_steady_planes_is_where_pitch_and_heave_rest(vehicle: Vehic
     w = -heave_s * u / heave_w
     assert pitch.crosswise * u * w + pitch.restoring * theta + pitch.control * u * u == pytest.approx(0.0, abs=1e-9)
     assert -theta == pytest.approx(told, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("part", "change", "named"), [("coefficients", {"Z_w": 0.0}, "Z_w"), ("body", {"z_G": 0.0, "z_B": 0.0}, "z_G")]
+)
+def test_a_hull_that_holds_no_steady_pitch_is_refused_by_name(part: str, change: dict[str, object], named: str) -> None:
+    hull = replace(VEHICLE, **{part: replace(getattr(VEHICLE, part), **change)})
+    with pytest.raises(ParamError, match=named):
+        steady_pitch(hull)
 
 
 def test_what_the_pitch_law_remembers_is_frozen_and_thawed() -> None:
