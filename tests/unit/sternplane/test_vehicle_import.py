@@ -12,7 +12,9 @@ from typing import Any
 import pytest
 from sternplane.cli.main import main
 from sternplane.sitl.flight import FlightRequest, prepare
+from sternplane.vehicles.derivative_table import Entry
 from sternplane.vehicles.import_command import Imported, import_table
+from sternplane.vehicles.particulars import read_particulars
 from sternplane.vehicles.propeller_curves import OpenWater, fit_propeller
 from sternplane.vehicles.swum import steady_speed
 from sternplane.vehicles.terms import elsewhere, parse, term_of, unit
@@ -90,6 +92,52 @@ def test_degrees_become_radians(tmp_path: Path) -> None:
 
 
 STRANGE = ("Yvvv", "Y_v|r|", "Xvvv", "Z_qdot_stern", "Mtheta", "Yddd", "Kphi", "X_{v|v|}", "foo")
+
+
+@pytest.mark.parametrize(
+    ("key", "name", "number", "unit_of_it", "factor"),
+    [
+        ("speed_m_s", "U", 3.6, "kn", 1852.0 / 3600.0),
+        ("speed_m_s", "U", 6.6, "km/h", 1.0 / 3.6),
+        ("speed_m_s", "U", 1.8, "m s⁻¹", 1.0),
+        ("z_G_m", "zG", 6.1, "cm", 0.01),
+        ("length_m", "L", 17.4, "ft", 0.3048),
+        ("mass_kg", "m", 5.4, "t", 1000.0),
+        ("weight_n", "W", 53.4, "kN", 1000.0),
+        ("density_kg_m3", "rho", 1.025, "g/cm^3", 1000.0),
+        ("I_x_kg_m2", "Ix", 2038.0, "kg·m²", 1.0),
+        ("n_trim_rpm", "n_trim", 8.2, "rev/s", 60.0),
+        ("delta_max_deg", "delta_max", 0.4, "rad", math.degrees(1.0)),
+    ],
+)
+def test_particulars_are_read_in_their_unit(key: str, name: str, number: float, unit_of_it: str, factor: float) -> None:
+    found, rest = read_particulars([Entry(name, number, unit_of_it)], "table.csv")
+    assert not rest
+    assert found.values[key] == pytest.approx(number * factor)
+
+
+@pytest.mark.parametrize(("name", "unit_of_it"), [("U", "kg"), ("L", "furlong"), ("Cdy", "m"), ("m", "slugs")])
+def test_a_unit_that_is_none_of_a_particular_is_refused(name: str, unit_of_it: str) -> None:
+    with pytest.raises(ParamError, match=rf"^table.csv: {name}: the unit '{unit_of_it}' is not understood; known are "):
+        read_particulars([Entry(name, 1.0, unit_of_it)], "table.csv")
+
+
+def test_a_hull_that_no_water_carries_is_refused_in_one_line(tmp_path: Path) -> None:
+    hull = {"L": 1.6, "d": 0.19, "m": 31.9, "U": 1.2, "zG": 0.8, "n_trim": 1200.0, "Xuu": -3.9}
+    damping = {
+        "Yuv": -28.6,
+        "Yur": 5.22,
+        "Nuv": -24.0,
+        "Nur": -2.0,
+        "Zuw": -28.6,
+        "Zuq": -5.22,
+        "Muw": 24.0,
+        "Muq": -2.0,
+    }
+    added = {"Yvdot": -35.5, "Nrdot": -4.88, "Zwdot": -35.5, "Mqdot": -4.88}
+    fins = {"Yuudr": 9.64, "Nuudr": -6.15, "Zuuds": -9.64, "Muuds": -6.15}
+    with pytest.raises(ParamError, match=r"does not stay finite under full rudder: .* z_G \(0.8 m\)"):
+        imported(tmp_path, hull | damping | added | fins)
 
 
 def test_nothing_is_dropped_without_a_word(tmp_path: Path) -> None:

@@ -12,9 +12,8 @@ from typing import NamedTuple
 from firmware_py.error_text import quoted
 from firmware_py.params import ParamError
 from sternplane.vehicles.derivative_table import Entry
-from sternplane.vehicles.units import parse_unit
+from sternplane.vehicles.particular_units import G, factor
 
-G = 9.81
 _LENGTHS = {"weight_n": 2, "buoyancy_n": 2, "mass_kg": 3, "I_x": 5, "I_y": 5, "I_z": 5, "I_xy": 5, "I_yz": 5, "I_xz": 5}
 """Powers of L in rho/2 L^k of what may be given without dimension, as m' and Iy'; W' and B' are over U^2 too."""
 
@@ -102,10 +101,10 @@ class Particulars:
         number = self._number(name, value)
         if KNOWN[key].positive and not number > 0.0:
             raise ParamError(f"{self.where}: {name} = {number:g}: must be above 0")
-        unit = parse_unit(entry.unit) if entry.unit else None
-        self.values[key] = number / 1000.0 if entry.unit.strip() == "mm" else number
-        if key in ("weight_n", "buoyancy_n") and unit is not None and (unit.kg, unit.m, unit.s) == (1, 0, 0):
-            self.values[key] = number * G
+        try:
+            self.values[key] = number * factor(key, entry.unit)
+        except ParamError as error:
+            raise ParamError(f"{self.where}: {name}: {error}") from None
         return True
 
     def _refuse_twice(self, name: str) -> None:

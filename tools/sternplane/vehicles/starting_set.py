@@ -17,8 +17,9 @@ import numpy as np
 
 from firmware_py.adapters.installation import configs
 from firmware_py.adapters.storage.toml_files import merge, read_toml
-from firmware_py.params import load
+from firmware_py.params import ParamError, load
 from firmware_py.vehicle.vehicle import Vehicle
+from sim_bridge.plant.plant import PlantError
 from sim_bridge.plant.truth import Truth
 from sternplane.vehicles.swum import steady_turn
 
@@ -41,10 +42,20 @@ def between(nps: float, remus: float, T: float) -> float:
 
 
 def autopilot(vehicle: Vehicle, simulated: Truth) -> dict[str, Any]:
-    """Return autopilot.toml to begin with: turns are those that the simulated vehicle can swim, with a reserve."""
+    """Return autopilot.toml to begin with: turns are those that the simulated vehicle can swim, with a reserve.
+
+    Raises:
+        ParamError: it can swim none: its numbers contradict each other.
+    """
     L, U, n = vehicle.hull.length, vehicle.propeller.u_trim, 60.0 * vehicle.propeller.n_trim
     T, top = L / U, U * min(vehicle.propeller.n_max / vehicle.propeller.n_trim, 1.3)
-    turn = steady_turn(simulated, vehicle.effectiveness.delta_r_max, vehicle.propeller.n_trim, U)
+    try:
+        turn = steady_turn(simulated, vehicle.effectiveness.delta_r_max, vehicle.propeller.n_trim, U)
+    except PlantError:
+        raise ParamError(
+            f"the simulated hull does not stay finite under full rudder: mass ({vehicle.body.mass:g} kg), "
+            f"I_x ({vehicle.body.I_x:g} kg m^2) or z_G ({vehicle.body.z_G:g} m), or a unit of theirs, is far off"
+        ) from None
     radius, turn_rate = between(20.0, 10.0, T), between(4.0, 8.0, T)
     if not turn.diverged and math.isfinite(turn.radius):
         radius = max(radius, math.ceil(_RESERVE * turn.radius))
