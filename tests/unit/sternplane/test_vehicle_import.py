@@ -13,7 +13,7 @@ import pytest
 from sternplane.cli.main import main
 from sternplane.sitl.flight import FlightRequest, prepare
 from sternplane.vehicles.derivative_table import Entry
-from sternplane.vehicles.import_command import Imported, import_table
+from sternplane.vehicles.import_command import Imported, import_table, texts
 from sternplane.vehicles.particulars import read_particulars
 from sternplane.vehicles.propeller_curves import OpenWater, fit_propeller
 from sternplane.vehicles.swum import steady_speed
@@ -136,8 +136,9 @@ def test_a_hull_that_no_water_carries_is_refused_in_one_line(tmp_path: Path) -> 
     }
     added = {"Yvdot": -35.5, "Nrdot": -4.88, "Zwdot": -35.5, "Mqdot": -4.88}
     fins = {"Yuudr": 9.64, "Nuudr": -6.15, "Zuuds": -9.64, "Muuds": -6.15}
+    found = imported(tmp_path, hull | damping | added | fins)
     with pytest.raises(ParamError, match=r"does not stay finite under full rudder: .* z_G \(0.8 m\)"):
-        imported(tmp_path, hull | damping | added | fins)
+        texts(found, tmp_path / "hull")
 
 
 def test_nothing_is_dropped_without_a_word(tmp_path: Path) -> None:
