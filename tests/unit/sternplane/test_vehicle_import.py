@@ -13,7 +13,7 @@ import pytest
 from sternplane.cli.main import main
 from sternplane.sitl.flight import FlightRequest, prepare
 from sternplane.vehicles.derivative_table import Entry
-from sternplane.vehicles.import_command import Imported, import_table, texts
+from sternplane.vehicles.import_command import FIRST_FLIGHT, Imported, import_table, texts
 from sternplane.vehicles.particulars import read_particulars
 from sternplane.vehicles.propeller_curves import OpenWater, fit_propeller
 from sternplane.vehicles.swum import steady_speed
@@ -281,6 +281,17 @@ def test_what_is_made_is_loaded_by_every_reader_and_a_folder_that_is_there_is_ke
     before = {file.name: file.read_bytes() for file in folder.iterdir()}
     assert main(["vehicle", "import", str(path), "--out", str(folder)]) == 2
     assert {file.name: file.read_bytes() for file in folder.iterdir()} == before
+
+
+def test_a_hull_too_slow_for_the_demonstration_has_a_first_flight_of_its_own(tmp_path: Path) -> None:
+    path, folder = tmp_path / "hull.csv", tmp_path / "boat"
+    rows = itertools.chain((HULL | {"U": 1.0}).items(), ((elsewhere(name), si(name)) for name in NEEDED))
+    path.write_text("\n".join(["name,value", *(f"{name},{value}" for name, value in rows)]))
+    assert main(["vehicle", "import", str(path), "--out", str(folder)]) == 0
+    with pytest.raises(ParamError, match=r"is over guidance\.speed_max_m_s"):
+        prepare(FlightRequest(config=folder), {})
+    flight = prepare(FlightRequest(scenario=str(folder / FIRST_FLIGHT), config=folder), {})
+    assert {waypoint.speed for waypoint in flight.scenario.waypoints} == {0.97}
 
 
 @pytest.mark.parametrize(

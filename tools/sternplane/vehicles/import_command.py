@@ -29,6 +29,7 @@ _NEEDED = tuple(each.name for each in fields(Coefficients) if each.default is MI
 _KNOWN = tuple(each.name for each in fields(Coefficients))
 _PAPER = ("Z_q", "Z_ds")
 """Are written also where they are 0: scenarios multiply them."""
+FIRST_FLIGHT = "first_flight.toml"
 _FRONTAL_DRAG = 0.2
 """Drag coefficient on the frontal area of a streamlined hull with fins, where the table has none."""
 
@@ -69,7 +70,8 @@ def command(options: argparse.Namespace) -> int:
     for line in report(found):
         print(line)
     print(f"\nwritten: {', '.join(str(folder / name) for name in files)}")
-    print(f"next: sternplane vehicle check {folder}\n      sternplane sitl --config {folder}")
+    first = folder / FIRST_FLIGHT
+    print(f"next: sternplane vehicle check {folder}\n      sternplane sitl --config {folder} --scenario {first}")
     return 0
 
 
@@ -206,6 +208,9 @@ def texts(found: Imported, folder: Path) -> dict[str, str]:
         "autopilot.toml": text_of(starting_set.autopilot(vehicle, simulated), begin),
         "sensors.toml": text_of(starting_set.sensors(vehicle, power), "Sensors and devices of the simulated vehicle."),
         "io_sitl.toml": starting_set.io(),
+        FIRST_FLIGHT: text_of(
+            starting_set.first_flight(vehicle), "A first flight; configs/README.md explains every key."
+        ),
     }
 
 

@@ -25,6 +25,7 @@ from sternplane.vehicles.swum import steady_turn
 
 BASE = configs() / "remus100"
 """Whose files are changed."""
+DEMONSTRATION = configs() / "scenarios" / "demo.toml"
 _T_NPS, _T_REMUS = 5.3 / 1.8288, 1.33 / 1.54
 _FARTHEST = 2.5
 """Factor of T beyond the two hulls after which nothing is carried on."""
@@ -105,6 +106,21 @@ def autopilot(vehicle: Vehicle, simulated: Truth) -> dict[str, Any]:
         },
     }
     return merge(base, changes)
+
+
+def first_flight(vehicle: Vehicle) -> dict[str, Any]:
+    """Return a scenario: the demonstration's course, as long in time, at the hull's cruising speed.
+
+    Its depths stay. Whether the vehicle file is right is for truth.toml to say: no number is multiplied.
+    """
+    U = vehicle.propeller.u_trim
+    flight = {key: value for key, value in read_toml(DEMONSTRATION).items() if key != "vehicle_factors"}
+    flight["description"] = "Dive, fly the course of the demonstration at cruising speed, and surface."
+    for waypoint in flight["waypoints"]:
+        longer = 0.97 * U / waypoint["speed_m_s"]
+        waypoint["x_m"], waypoint["y_m"] = _round(waypoint["x_m"] * longer), _round(waypoint["y_m"] * longer)
+        waypoint["speed_m_s"] = _round(0.97 * U)
+    return flight
 
 
 def sensors(vehicle: Vehicle, power: float) -> dict[str, Any]:
