@@ -31,6 +31,8 @@ _FARTHEST = 2.5
 """Factor of T beyond the two hulls after which nothing is carried on."""
 _RESERVE = 1.6
 """Circles are so much wider than the tightest that full rudder makes, and rates of turn as much slower."""
+_CRUISE = 0.97
+"""Cruising speed over that of trim."""
 _STEP = 0.01
 """s, of the autopilot and of the plant."""
 
@@ -61,7 +63,7 @@ def autopilot(vehicle: Vehicle, simulated: Truth) -> dict[str, Any]:
     if not turn.diverged and math.isfinite(turn.radius):
         radius = max(radius, math.ceil(_RESERVE * turn.radius))
         turn_rate = min(turn_rate, math.degrees(abs(turn.rate)) / _RESERVE)
-    cruise, surface = 0.97 * U, 0.83 * U
+    cruise, surface = _CRUISE * U, 0.83 * U
     base = read_toml(BASE / "autopilot.toml")
     learned = [name for name in base["estimation"]["coefficients"]["names"] if getattr(vehicle.coefficients, name)]
     changes: dict[str, Any] = {
@@ -117,9 +119,9 @@ def first_flight(vehicle: Vehicle) -> dict[str, Any]:
     flight = {key: value for key, value in read_toml(DEMONSTRATION).items() if key != "vehicle_factors"}
     flight["description"] = "Dive, fly the course of the demonstration at cruising speed, and surface."
     for waypoint in flight["waypoints"]:
-        longer = 0.97 * U / waypoint["speed_m_s"]
+        longer = _CRUISE * U / waypoint["speed_m_s"]
         waypoint["x_m"], waypoint["y_m"] = _round(waypoint["x_m"] * longer), _round(waypoint["y_m"] * longer)
-        waypoint["speed_m_s"] = _round(0.97 * U)
+        waypoint["speed_m_s"] = _round(_CRUISE * U)
     return flight
 
 
