@@ -162,7 +162,7 @@ class SensorIntegrity:
         self._velocity.current.hull = self.model.velocity
         if self._velocity.check(heard, t, watch, self._vertical.depth, (psi, theta)):
             self._catch_up(heard, t)
-            self.model.hear_ping(heard.value, t, psi)
+            self.model.hear_ping(heard.value, t, psi, watch.believed)
             self._ping = (t, *heard.value[:3])
             watch.take(heard)
         echo.memory.t_ok = t

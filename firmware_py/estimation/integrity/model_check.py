@@ -134,8 +134,11 @@ class ModelCheck:
         self.memory.turned += r
         self.memory.reports += 1
 
-    def hear_ping(self, ping: Dvl, t: float, psi: float) -> None:
-        """Take the velocities of a ping at t, s, under the heading psi, rad."""
+    def hear_ping(self, ping: Dvl, t: float, psi: float, believed: bool) -> None:
+        """Take the velocities of a ping at t, s, under the heading psi, rad.
+
+        A DVL that is not `believed` makes no current: its fault would be one, and the vehicle would fly by it.
+        """
         m, motion = self.memory, self._motion.memory
         gap, m.t_ping = t - m.t_ping, t
         if m.unknown == math.inf:
@@ -144,9 +147,10 @@ class ModelCheck:
             return
         s, c = math.sin(psi), math.cos(psi)
         ahead, aside = ping.u - motion.u, ping.v - motion.v
-        m.pinged += gap
-        share = gap / min(m.pinged, _CURRENT_TIME)
-        if not self.dvl_creeps:
+        if believed:
+            m.pinged += gap
+        if believed and not self.dvl_creeps:
+            share = gap / min(m.pinged, _CURRENT_TIME)
             m.north += share * (ahead * c - aside * s - m.north)
             m.east += share * (ahead * s + aside * c - m.east)
         if m.pinged > _LEARNS:

@@ -60,7 +60,7 @@ def swim(
             s, c = math.sin(psi), math.cos(psi)
             u = hull.memory.u + current[0] * c + current[1] * s + creep(t) + water[0]
             v = hull.memory.v - current[0] * s + current[1] * c + water[1]
-            check.hear_ping(Dvl(u, v, 0.0, 0.01, 20.0), t, psi)
+            check.hear_ping(Dvl(u, v, 0.0, 0.01, 20.0), t, psi, True)
         check.step(0.1, N, fins, True, True, True)
         heading = min(heading, t) if check.heading_drifts else heading
         dvl = min(dvl, t) if check.dvl_creeps else dvl
@@ -140,3 +140,12 @@ def test_of_heading_and_gyro_the_one_is_believed_that_turned_as_the_rudder(
     check.part()
     swim(40.0, check=check, drift=lambda _: bias)
     assert check.refutes_gyro(40.0 * (heading * DEG - bias)) is (gyro != 0.0)
+
+
+def test_a_dvl_that_is_not_believed_makes_no_current() -> None:
+    check, _, _ = swim(50.0)
+    known = check.velocity
+    assert known is not None
+    for k in range(200):
+        check.hear_ping(Dvl(0.3, 0.0, 0.0, 0.01, 20.0), 50.0 + 0.2 * k, 0.0, False)
+    assert check.velocity == known._replace(current=known.current._replace(t=50.0 + 0.2 * 199))
