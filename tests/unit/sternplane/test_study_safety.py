@@ -366,3 +366,10 @@ def test_what_fails_on_purpose_before_the_fault_is_no_alarm(t, alarm):
     silent = {"events": (event(EventKind.ACTUATOR_FAULT, float(ActuatorFault.SILENT), name="stern_port"),)}
     steps = [SAFE[0], (t, 5.0, Mode.MISSION, Cause.ORDERED, silent), SAFE[1]]
     assert judge(flown("jam: both stern planes, 23 deg, no feedback", steps, onset=1)).early is alarm
+
+
+@pytest.mark.parametrize(("title", "alarm"), [("drift:pressure=-0.15, no bottom", False), ("off:pressure", True)])
+def test_a_warning_that_is_right_before_the_fault_is_no_alarm(title, alarm):
+    verdict = judge(flown(title, SAFE, onset=2))
+    found = {**verdict.flight["found"], "rules": [[60.5, "DEPTH_UNCHECKED"]]}
+    assert judge({**verdict.flight, "found": found}).early is alarm

@@ -129,6 +129,7 @@ WRONG = Group(
             note=_CARRIED_OFF,
             bound=Bound(_CARRIED_OFF),
             profile=((-1000.0, 200.0), (2000.0, 200.0)),
+            before=("DEPTH_UNCHECKED",),
         ),
         Trial("set:pressure=-3.6", ("set:pressure=-3.6@{t}",), Named(("pressure",))),
         Trial("set:pressure=37.65", ("set:pressure=37.65@{t}",), Named(("pressure",))),

@@ -50,6 +50,7 @@ class Trial(NamedTuple):
         vehicle: what is flown: a name of `mission.CRUISE`.
         from_start: whether it strikes at switch-on instead, and
         afloat: whether the vehicle is at rest at the surface then.
+        before: causes of rules that are right to warn before it strikes.
     """
 
     title: str
@@ -65,6 +66,7 @@ class Trial(NamedTuple):
     vehicle: str = NPS
     from_start: bool = False
     afloat: bool = False
+    before: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:

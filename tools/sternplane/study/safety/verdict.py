@@ -70,9 +70,14 @@ def judge(flight: Mapping[str, Any]) -> Verdict:
         Ending(flight["ending"]),
         trial.bound is not None and flight["onset"] in trial.bound.onsets,
         _named(trial, found, onset),
-        any(event[0] < begun - _TICK for event in (*found["said"], *found["rules"])) and bool(trial.faults),
+        any(t < begun - _TICK for t in _told(trial, found)) and bool(trial.faults),
         math.inf if up is None else up - onset,
     )
+
+
+def _told(trial: Trial, found: Mapping[str, Any]) -> list[float]:
+    """Return when something was said or done, s, but for what is right before the fault strikes."""
+    return [t for t, *_ in found["said"]] + [t for t, cause in found["rules"] if cause not in trial.before]
 
 
 def _named(trial: Trial, found: Mapping[str, Any], onset: float) -> float:
