@@ -11,10 +11,10 @@ from typing import Any
 from firmware_py.records.health import GOOD, HEADING_FAULTS, SourceFault, SourceHealth, SourceState
 from firmware_py.records.sensing import Heard, never
 
-_NOISY, _NOISY_MOST, _SMOOTH = 10.0, 40.0, 0.05
-"""Noise reverses two of three changes from value to value, in a steep dive one of eight. Each reversal counts 1, up to
-_NOISY_MOST, each other change takes _SMOOTH away; above _NOISY the sensor has noise. One that has none repeats its
-value where it rests."""
+_NOISY, _NOISY_MOST, _SMOOTH, _RUN = 10.0, 40.0, 0.05, 25
+"""Noise reverses two of three changes from value to value, in a steep dive one of eight, or none. Each reversal counts
+1, up to _NOISY_MOST, each other change takes _SMOOTH away, up to _RUN of them in a row: a long dive says no more than a
+short one. Above _NOISY the sensor has noise. One that has none repeats its value where it rests."""
 _EXACT = 2.5
 """Whether it has noise or not: one that repeats itself for so long, s, while others show that it moves, is frozen."""
 _OUTLIERS, _FORGOTTEN = 4.0, 5.0
@@ -49,6 +49,7 @@ class SourceMemory:
     motion: tuple[float, ...] = ()
     change: float = 0.0
     noisy: float = 0.0
+    run: int = 0
     outliers: float = 0.0
     in_row: int = 0
 
@@ -105,9 +106,10 @@ class SourceWatch:
                 channel = self._channel
                 change = value - memory.value if channel is None else value[channel] - memory.value[channel]
                 if change * memory.change < 0.0:
-                    memory.noisy = min(memory.noisy + 1.0, _NOISY_MOST)
-                elif memory.noisy > 0.0:
+                    memory.noisy, memory.run = min(memory.noisy + 1.0, _NOISY_MOST), 0
+                elif memory.noisy > 0.0 and memory.run < _RUN:
                     memory.noisy -= _SMOOTH
+                    memory.run += 1
                 memory.change = change
             memory.value, memory.repeats, memory.t_value, memory.motion = value, 0, t, motion
         else:

@@ -72,11 +72,22 @@ def test_a_vehicle_that_rests_is_sound_whether_its_sensors_have_noise_or_none() 
         assert not named(voyage(20.0, noise=noise, speed=0.0, start=0.0))
 
 
-def test_a_pressure_that_freezes_late_in_a_steep_dive_is_named_in_half_a_second() -> None:
+@pytest.mark.parametrize("late", [38.0, 85.0])
+def test_a_pressure_that_freezes_late_in_a_steep_dive_is_named_in_half_a_second(late: float) -> None:
     """Its noise, by which a frozen sensor is told from one without any, does not reverse its changes in a dive."""
-    (t, sensor, health), *_ = named(voyage(39.0, {"pressure": frozen(38.0)}, noise=0.3, dive=(10.0, 60.0)))
+    (t, sensor, health), *_ = named(voyage(late + 1.0, {"pressure": frozen(late)}, noise=0.3, dive=(10.0, 95.0)))
     assert (sensor, health) == ("pressure", (SUSPECT, F.FROZEN))
-    assert t - 38.0 <= 0.5
+    assert t - late <= 0.5
+
+
+def test_a_sensor_without_noise_may_repeat_its_value_after_it_has_heaved() -> None:
+    """A noiseless pressure in a swell of 6 s, which reverses its changes as noise does, but seldom, and then rests."""
+
+    def swell(t: float, value: float) -> float:
+        return value + 9806.65 * 0.3 * math.sin(math.tau * min(t, 60.0) / 6.0)
+
+    changes = named(voyage(70.0, {"pressure": swell}, noise=0.0, speed=0.0))
+    assert all(health.fault is not F.FROZEN for _, _, health in changes)
 
 
 def test_a_battery_that_no_longer_knows_its_charge_is_lost_at_the_timeout() -> None:
