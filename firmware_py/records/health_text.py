@@ -34,6 +34,7 @@ _ACTUATOR_FAULTS: Mapping[ActuatorFault, str] = {
     ActuatorFault.LOST: "makes no force",
     ActuatorFault.WEAK: "makes less force than it should",
     ActuatorFault.SLOW: "too slow",
+    ActuatorFault.LAGGING: "too slow to steer with",
     ActuatorFault.LOOSE: "has play",
     ActuatorFault.RUNAWAY: "runs away: it drives faster than it is told",
 }

@@ -33,7 +33,8 @@ _GOOD, _NO_FAULT = SourceState.GOOD, SourceFault.NONE
 _HANGS = (WeightState.HELD, WeightState.STUCK)
 _STUCK = (ActuatorFault.JAMMED, ActuatorFault.HARD_OVER, ActuatorFault.LOST)
 _DAMAGED = (*_STUCK, ActuatorFault.WEAK)
-_WORN = (ActuatorFault.SLOW, ActuatorFault.LOOSE)
+_UNSTEERED = (*_STUCK, ActuatorFault.LAGGING)
+_WORN = (ActuatorFault.SLOW, ActuatorFault.LAGGING, ActuatorFault.LOOSE)
 _BY_MOTION = 0.5
 """Of the reserve. 10 deg of angle are 22 % of the control that two fins of 23 deg have; 4 deg too many are 9 %."""
 _SLOW = 0.5
@@ -145,8 +146,8 @@ def actuator_faults(
     if health.drop_weight is WeightState.SILENT:
         everything.append(Faulty(ActuatorFault.SILENT, "drop weight"))
     return ActuatorFaults(
-        plane=None if dives else _first(planes, _DAMAGED),
-        rudder=None if turns else _first(rudders, _DAMAGED),
+        plane=_lagging(planes) if dives else _first(planes, _DAMAGED),
+        rudder=_lagging(rudders) if turns else _first(rudders, _DAMAGED),
         propeller=_first(propeller, _STUCK),
         runaway=_first(propeller, (ActuatorFault.RUNAWAY,)),
         silent=_first(everything, (ActuatorFault.SILENT,)),
@@ -159,6 +160,11 @@ def _together(fins: list[Faulty], name: str) -> list[Faulty]:
     """Return the fins of an axis, weak ones by its name: nothing tells which of several it is."""
     alone = len(fins) == 1
     return [fin if alone or fin.fault is not ActuatorFault.WEAK else fin._replace(name=name) for fin in fins]
+
+
+def _lagging(fins: list[Faulty]) -> Faulty | None:
+    """Return the first fin that is too slow, of an axis on which no fin is quick enough: a law cannot steer with it."""
+    return _first(fins, (ActuatorFault.LAGGING,)) if all(fin.fault in _UNSTEERED for fin in fins) else None
 
 
 def _first(actuators: Iterable[Faulty], of: tuple[ActuatorFault, ...]) -> Faulty | None:

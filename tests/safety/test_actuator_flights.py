@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from sternplane.logs import reading
 from sternplane.sitl.flight import FlightRequest, fly, prepare
+from sternplane.study.safety.mission import scenario
 
 from firmware_py.records.event import EventKind
 from firmware_py.records.health import ActuatorFault
@@ -31,9 +32,9 @@ def flight(
 ):
     """Return what was named, by actuator, and the truth."""
     orders = orders or hold(10.0, heading=None)
-    scenario, log = folder / "scenario.toml", folder / "log.mcap"
-    scenario.write_text(under_way(duration, 10.0, orders, bottom=45.0, eddies=eddies, current=current))
-    fly(prepare(FlightRequest(scenario=str(scenario), faults=tuple(faults), seed=seed), {}), log)
+    file, log = folder / "scenario.toml", folder / "log.mcap"
+    file.write_text(under_way(duration, 10.0, orders, bottom=45.0, eddies=eddies, current=current))
+    fly(prepare(FlightRequest(scenario=str(file), faults=tuple(faults), seed=seed), {}), log)
     flown = reading.read(log)
     named: Named = {}
     for t, events in flown.events:
@@ -59,6 +60,17 @@ def test_with_feedback_every_actuator_is_named_within_a_second(tmp_path: Path) -
         (t, first), *others = named[name]
         assert (first, others) == (fault, [])
         assert begun < t <= begun + limit, name
+
+
+def test_with_fins_too_slow_to_steer_with_it_comes_up_before_it_swings_deeper_and_deeper(tmp_path: Path) -> None:
+    """At 2.5 deg/s the depth law and the fins swing against each other: down to 34.9 m, where 28 m was ordered."""
+    file, log = tmp_path / "scenario.toml", tmp_path / "log.mcap"
+    file.write_text(scenario([f"slow:{fin}=2.5@20" for fin in FINS], eddies=0.1))
+    outcome = fly(prepare(FlightRequest(scenario=str(file), seed=1), {}), log)
+    flown = reading.read(log)
+    assert flown.truth["eta.z"].max() < 15.0
+    assert flown.truth["eta.z"][-1] < 0.5
+    assert "too slow to steer with" in outcome.reason
 
 
 @pytest.mark.parametrize("seed", [1000, 1001])

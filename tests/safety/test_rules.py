@@ -75,6 +75,11 @@ class Case:
     mode: Mode = Mode.MISSION
 
 
+def lagging(*planes: ActuatorFault) -> dict[str, Any]:
+    """Return these faults of the two planes, which leave all of the control that there was, by angles alone."""
+    return {"actuators": ActuatorHealth((*planes, NONE, NONE), NONE), "left": UNLIMITED}
+
+
 def stuck(source: FinEvidence, dive_left: float) -> dict[str, Any]:
     """Return a plane that stays at 15 deg, as far as is known, and what that leaves."""
     fin = FinHealth(0.0, math.radians(15.0), source)
@@ -118,6 +123,10 @@ CASES = (
     Case(Cause.PROPELLER_FAULT, "runaway_action", 21, faulty(ActuatorFault.RUNAWAY, 4)),
     Case(Cause.ACTUATOR_SILENT, "actuator_silent_action", 21, faulty(ActuatorFault.SILENT, 2)),
     Case(Cause.ACTUATOR_WORN, "actuator_worn_action", 21, faulty(ActuatorFault.SLOW, 0)),
+    Case(Cause.ACTUATOR_WORN, "actuator_worn_action", 21, lagging(ActuatorFault.LAGGING, NONE)),
+    Case(Cause.ACTUATOR_WORN, "actuator_worn_action", 21, lagging(ActuatorFault.SLOW, ActuatorFault.SLOW)),
+    Case(Cause.PLANE_FAULT, "plane_action", 21, lagging(ActuatorFault.LAGGING, ActuatorFault.LAGGING)),
+    Case(Cause.PLANE_FAULT, "plane_action", 21, lagging(ActuatorFault.JAMMED, ActuatorFault.LAGGING)),
     Case(Cause.STICKS_LOST, "sticks_action", 1001, mode=Mode.MANUAL),
 )
 IDS = [f"{case.cause.name}-{i}" for i, case in enumerate(CASES)]

@@ -17,8 +17,9 @@ PERIOD = 0.05
 """Between two looks at one actuator, s."""
 _KEPT = 20
 """Reports and commands that are remembered: those of a second."""
-_STANDS = 0.25
-"""Who comes towards the command by less than this share of the tolerance, while beyond the band, stands."""
+_STANDS, _SLOW_STANDS = 0.25, 0.06
+"""Who comes towards the command by less than this share of the tolerance, while beyond the band, stands; one known to
+be slow by less than the second."""
 _SETTLES = 0.4
 """A fin that runs away is named when it stops, or so much later, s."""
 _END = 0.95
@@ -27,8 +28,11 @@ _RECOVERS, _RECOVERS_LOOSE = 2.0, 10.0
 """So long within the band, s, an actuator with a fault must have moved to be sound again."""
 _QUICK = 0.8
 """Share of the slowest sound rate that shows that a slow one is slow no more."""
+_LAGS = 10.0
+"""A slow fin that is beyond the band for so long, s, is too slow for the law that moves it."""
 
 _Samples = tuple[float, ...]
+_SLOW = (ActuatorFault.SLOW, ActuatorFault.LAGGING)
 
 
 class FeedbackLimits(NamedTuple):
@@ -164,12 +168,15 @@ class FeedbackWatch:
         value, command = reports[-1], asked[-1]
         steps = [b - a if c > a else a - b for a, b, c in zip(reports, reports[1:], asked, strict=False)]
         toward, last = sum(steps), sum(steps[-2:])
-        stands = _STANDS * limits.tolerance
+        stands = (_SLOW_STANDS if fault in _SLOW else _STANDS) * limits.tolerance
         loose = fault is ActuatorFault.LOOSE
         if toward > stands and (fault is not ActuatorFault.JAMMED or min(steps) > 0.0):
             gaps = [a - b for a, b in zip(reports, asked, strict=True)]
             follows = max(gaps) - min(gaps) < _STANDS * (max(reports) - min(reports))
-            return ActuatorFault.LOOSE if loose or (follows and not limits.turns) else ActuatorFault.SLOW
+            if loose or (follows and not limits.turns):
+                return ActuatorFault.LOOSE
+            lags = fault is ActuatorFault.LAGGING or (off >= _LAGS and not limits.turns)
+            return ActuatorFault.LAGGING if lags else ActuatorFault.SLOW
         if toward > stands or (loose and off < _RECOVERS):  # comes free; stands until the play is taken up
             return fault
         if limits.turns:
@@ -182,7 +189,7 @@ class FeedbackWatch:
     def _recovered(self, fault: ActuatorFault, off: float, moved: float, quick: bool) -> bool:
         """Return whether a faulty actuator, now within the band for -off s, showed that it is sound."""
         time = _RECOVERS_LOOSE if fault is ActuatorFault.LOOSE else _RECOVERS
-        shown = quick if fault is ActuatorFault.SLOW else moved > self._limits.tolerance
+        shown = quick if fault in _SLOW else moved > self._limits.tolerance
         return shown and -off >= time
 
     def _is_quick(self, was: FeedbackMemory, value: float, t: float) -> bool:

@@ -63,6 +63,43 @@ def test_a_servo_of_two_degrees_a_second_is_slow_and_recovers_when_it_is_quick_a
     assert [fault for _, fault in bench.fin()] == [ActuatorFault.SLOW, NONE]
 
 
+def to_and_fro(t: float) -> float:
+    """What a law asks that overshoots: far to one side and to the other."""
+    return math.copysign(deg(15.0), math.sin(math.tau * t / 30.0))
+
+
+def test_a_slow_servo_that_is_behind_for_ten_seconds_is_too_slow_to_steer_with() -> None:
+    bench = Bench(told=to_and_fro)
+    bench.run(5.0)
+    bench.servos[0].rate = deg(2.0)
+    bench.run(40.0)
+    (t, slow), (later, lags) = bench.fin()
+    assert (slow, lags) == (ActuatorFault.SLOW, ActuatorFault.LAGGING)
+    assert t - 15.0 <= 1.0  # when it is told to turn
+    assert later - 15.0 == pytest.approx(10.2, abs=0.3)
+    bench.servos[0].rate = deg(40.0)
+    bench.run(20.0)
+    assert bench.health.fins[0] is NONE
+
+
+def test_a_servo_that_crosses_its_travel_within_ten_seconds_is_slow_and_no_more() -> None:
+    bench = Bench(told=to_and_fro)
+    bench.run(5.0)
+    bench.servos[0].rate = deg(5.0)
+    bench.run(120.0)
+    assert [fault for _, fault in bench.fin()] == [ActuatorFault.SLOW]
+
+
+@pytest.mark.parametrize("rate", [0.2, 0.4, 0.6, 0.8, 1.0, 1.2])
+def test_a_servo_that_creeps_is_not_named_again_and_again(rate: float) -> None:
+    """Between standing and coming there is a rate at which reports say now the one and now the other."""
+    bench = Bench(told=to_and_fro)
+    bench.run(5.0)
+    bench.servos[0].rate = deg(rate)
+    bench.run(120.0)
+    assert len(bench.fin()) <= 4
+
+
 def test_play_before_the_sensor_is_named_loose() -> None:
     bench = Bench(told=lambda t: 1.5 * sweep(t))
     bench.run(4.0)
