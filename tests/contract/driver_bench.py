@@ -97,5 +97,23 @@ class Bench:
         self.wire.close()
 
 
+class NoStream:
+    """The line of a driver that is given its bytes by hand."""
+
+    openings = 0
+
+    def read(self, _t: float) -> bytes:
+        return b""
+
+    def write(self, _data: bytes) -> None:
+        pass
+
+    def losses(self) -> dict[str, int]:
+        return {}
+
+    def close(self) -> None:
+        pass
+
+
 def numbers(value: Any) -> tuple[float, ...]:
     return value if isinstance(value, tuple) else (value,)

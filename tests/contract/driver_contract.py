@@ -5,17 +5,21 @@ from __future__ import annotations
 import itertools
 import math
 import random
+import struct
 from typing import Any
 
 import pytest
+from pyubx2 import UBXTypeError
 from sternplane.fuzz.mutation import mutated
 
 from firmware_py.adapters.drivers import device_clock
+from firmware_py.adapters.drivers.mounting import STRAIGHT, Mounting
 from firmware_py.adapters.drivers.serial_port import BYTES_PER_TICK
+from firmware_py.adapters.drivers.stream_driver import StreamDriver
 from firmware_py.records.sensing import Dvl
 
 from .device import Device
-from .driver_bench import DT, START, Bench, numbers
+from .driver_bench import DT, START, Bench, NoStream, numbers
 
 SEED = 1500
 
@@ -137,6 +141,22 @@ class DriverContract:
             assert (heard.fresh, heard.ok) == (True, False), content
         assert bench.unread() == 0
         bench.heard(bench.device.truths[1])
+
+    @pytest.mark.parametrize("mounting", [STRAIGHT, Mounting(math.pi, 0.1, 0.2, 0.3)], ids=["straight", "turned"])
+    def test_numbers_that_are_none(self, bench: Bench, mounting: Mounting) -> None:
+        """A device whose filter has run away says infinity with a good checksum: it ends nothing, and is not ok."""
+        device, driver = bench.device, StreamDriver("device", bench.device.instrument, NoStream(), mounting=mounting)
+        truth = numbers(device.truths[0])
+        for k, bad in itertools.product(range(len(truth)), (math.nan, math.inf, -math.inf, 1e308)):
+            odd = [*truth[:k], bad, *truth[k + 1 :]]
+            try:
+                content = device.encode(type(device.truths[0])(*odd), 9.0)
+            except (ValueError, ArithmeticError, struct.error, UBXTypeError):
+                continue  # its own words have no such number
+            for heard in (reading.heard for reading in driver.take(content, bench.t)):
+                assert heard.t_valid <= bench.t
+                assert not heard.ok or _finite(heard.value)
+        bench.heard(device.truths[1])
 
     def test_wrong_length(self, bench: Bench) -> None:
         for changed in (b"", b",,"):

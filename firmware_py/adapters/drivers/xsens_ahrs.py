@@ -10,11 +10,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from firmware_py.adapters.drivers.attitude import Quaternion, ahrs, product, scalar_last
+from firmware_py.adapters.drivers.attitude import Quaternion, ahrs, from_angles, product, scalar_last
 from firmware_py.adapters.drivers.driver import Reading
 from firmware_py.adapters.drivers.stream_driver import Instrument
 from firmware_py.adapters.drivers.talk import Talk
-from firmware_py.marine import quaternion_from_euler
 from firmware_py.wire.serial import xsens
 from firmware_py.wire.serial.xsens import Attitude
 
@@ -37,7 +36,7 @@ def readings(message: Attitude, t: float) -> Iterable[Reading]:
         return
     told = scalar_last(message.quaternion)
     if not math.isfinite(sum(told)):
-        told = quaternion_from_euler(*message.angles)
+        told = from_angles(message.angles)
     p, q, r = message.rates
     turned = product(product(_TO_NED[message.frame], told), _ABOUT_X)
     yield ahrs(message.angles, turned, (p, -q, -r), t, message.usable)
