@@ -8,6 +8,8 @@ WINDOW_S = 2.0
 """So long is looked for the message that came with the least delay, s: quartz clocks part by less than 0.2 ms in it."""
 JUMP_S = 0.5
 """A stamp that is later than this by the clock as it was known tells that the clock was set, or has begun again, s."""
+LATEST_S = 1e11
+"""No clock says more, s: nanoseconds in 64 bits are less. A larger stamp leaves nothing of the vehicle's time."""
 _ROUNDING = 1e-6
 """So much earlier than it came is what comes at once, s: sums of large times are not exact."""
 
@@ -36,7 +38,7 @@ class DeviceClock:
 
         What has no stamp, and the first message by a clock, is from when it came.
         """
-        if not math.isfinite(stamp):
+        if not abs(stamp) <= LATEST_S:
             return t
         if self._wrap < math.inf and math.isfinite(self._offset):
             self._offset += self._wrap * round((t - stamp - self._offset) / self._wrap)

@@ -35,6 +35,17 @@ def test_uneven_delays_are_taken_off(rate, offset):
     assert max(map(abs, errors)) < 1.5e-3
 
 
+@pytest.mark.parametrize("wrap", [math.inf, 604_800.0])
+def test_a_stamp_that_no_clock_has_is_none(wrap):
+    """Seconds of the week as a double may be any number, with a good checksum."""
+    clock = DeviceClock(wrap)
+    for stamp in (1e300, -1e300, 1.7e308, -1.7e308):
+        assert clock.at(stamp, 5.0) == 5.0
+    assert clock.at(100.0, 6.0) == pytest.approx(6.0, abs=1e-5)
+    assert clock.at(-1.7e308, 6.1) == 6.1
+    assert clock.at(100.1, 6.2) == pytest.approx(6.1, abs=1e-5)
+
+
 def test_without_its_stamps_the_same_is_uncertain_by_the_whole_of_it():
     assert DeviceClock().at(math.nan, 5.0) == 5.0
     assert DeviceClock().at(math.inf, 5.0) == 5.0
