@@ -7,6 +7,7 @@ import json
 import math
 import random
 import re
+import subprocess
 import time
 from pathlib import Path
 
@@ -23,7 +24,7 @@ from sternplane.hardware.type_names import MESSAGES, SERVICES
 from firmware_py.wire.canopen import frames as co
 from firmware_py.wire.canopen import sdo
 from firmware_py.wire.dronecan.message_table import TransferKind
-from tests.command import called
+from tests.command import SCRIPT, called
 
 
 def frames(payload, source: int = 21, to: int | None = None) -> list[tuple[int, bytes]]:
@@ -182,6 +183,57 @@ def test_no_line_takes_long(line: str) -> None:
     assert [*log.of_text([f"{line}|\n"] * 20)] == []
     assert log.broken == 20
     assert time.process_time() - began < 1.0
+
+
+class Endless(io.StringIO):
+    """A stream whose only line is 64 MB long; it remembers how much of it was asked for at once."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.left, self.most = 64_000_000, 0
+
+    def readline(self, size: int | None = -1) -> str:
+        count = self.left if size is None or size < 0 else min(size, self.left)
+        self.left, self.most = self.left - count, max(self.most, count)
+        return "0" * count
+
+    def __next__(self) -> str:
+        if line := self.readline():
+            return line
+        raise StopIteration
+
+
+def test_a_line_without_an_end_is_read_in_pieces(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    stream = Endless()
+    monkeypatch.setattr("sys.stdin", stream)
+    done = called("can", "decode", "-", cwd=tmp_path)
+    assert (stream.left, done.returncode) == (0, 1)
+    assert stream.most < 1_000_000
+    assert "1 lines are no frames of candump" in done.stderr
+
+
+def test_the_line_behind_one_that_is_too_long_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "candump.log"
+    path.write_text("x" * 5000 + "\n" + logged(STATUS) + "y" * 1024 + "\n")
+    done = called("can", "decode", path, cwd=tmp_path)
+    assert "1 messages of 2 frames" in done.stderr
+    assert "2 lines are no frames of candump, the first is line 1" in done.stderr
+
+
+def test_without_a_standard_input_one_line_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr("sys.stdin", None)  # as Python has it where the shell closed it
+    done = called("can", "decode", "-", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (2, "sternplane: -: there is no standard input; give a file\n")
+
+
+def test_a_full_disk_is_told_in_one_line(tmp_path: Path) -> None:
+    path = tmp_path / "candump.log"
+    path.write_text(logged(ALL * 2000))
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [SCRIPT, "can", "decode", path], stdout=full, stderr=subprocess.PIPE, text=True, check=False, timeout=60
+        )
+    assert (done.returncode, done.stderr) == (2, "sternplane: the output cannot be written: No space left on device\n")
 
 
 @pytest.mark.parametrize("flags", ["RX - -", "TX B -", "RX - E", "TX B E", "RX  - - ", "TX"])

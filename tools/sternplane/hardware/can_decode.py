@@ -13,10 +13,11 @@ from typing import Any, NamedTuple
 from rich.console import Console
 
 from firmware_py.foreign_text import visible
+from firmware_py.run.usage_error import UsageError
 from sternplane.hardware.can_frames import Frame, FrameLog
 from sternplane.hardware.canopen_text import canopen_text
 from sternplane.hardware.messages import MessageReader, fields_text, port_of
-from sternplane.hardware.output import console, show_json
+from sternplane.hardware.output import console, show_json, written
 
 _MOST_BUSES, _MOST_UNKNOWN = 32, 1000
 """So many buses and types that are not known are told apart; a log that is none may name any number."""
@@ -119,8 +120,10 @@ def _frames(file: str, log: FrameLog) -> Iterator[Frame]:
     if file != "-":
         yield from log.of_file(Path(file))
         return
+    if sys.stdin is None:
+        raise UsageError("-: there is no standard input; give a file")
     raw = getattr(sys.stdin, "buffer", None)
-    yield from log.of_text(sys.stdin if raw is None else io.TextIOWrapper(raw, "utf-8", "replace"))
+    yield from log.of_stream(sys.stdin if raw is None else io.TextIOWrapper(raw, "utf-8", "replace"))
 
 
 def _print(out: Console, line: Line, as_json: bool) -> None:
@@ -129,7 +132,8 @@ def _print(out: Console, line: Line, as_json: bool) -> None:
         show_json(out, found, indent=None)
     else:
         bus = f"{line.bus}  " if line.bus else ""
-        out.out(visible(f"{line.t:12.6f}  {bus}{line.node:3d}  {line.what}  {line.text}"), highlight=False)
+        with written():
+            out.out(visible(f"{line.t:12.6f}  {bus}{line.node:3d}  {line.what}  {line.text}"), highlight=False)
 
 
 def _remarks(log: FrameLog, decoder: Decoder, shown: int) -> Iterator[str]:

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable, Iterator
 from datetime import datetime
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TextIO
 
 import can
 
@@ -24,10 +24,10 @@ _SHOWN = re.compile(
     rf"\s*(?P<data>remote request|(?:{_HEX}{{2}}\s*)*)(?:'.*|ERRORFRAME.*)?"
 )
 _BYTES = re.compile(rf"(?:{_HEX}{{2}}\.?\s*){{0,8}}")
-
-
 _LONGEST_LINE = 1024
 """Characters; candump's are less than 400 long."""
+_AT_ONCE = 65_536
+"""So many characters of a longer one are passed over at once."""
 
 
 class Frame(NamedTuple):
@@ -59,6 +59,10 @@ class FrameLog:
 
     def __init__(self) -> None:
         self.broken = self.first_broken = self.others = 0
+
+    def of_stream(self, text: TextIO) -> Iterator[Frame]:
+        """Yield the same of an open text, whose lines may be of any length."""
+        return self.of_text(_lines(text))
 
     def of_text(self, lines: Iterable[str]) -> Iterator[Frame]:
         """Yield the frames of candump's output, or of its log; count what is none."""
@@ -94,8 +98,8 @@ class FrameLog:
             if path.suffix.lower() in FORMS:
                 yield from self._of_reader(path)
                 return
-            with path.open(encoding="utf-8", errors="replace") as lines:
-                yield from self.of_text(lines)
+            with path.open(encoding="utf-8", errors="replace") as text:
+                yield from self.of_stream(text)
         except OSError as error:
             raise UsageError(f"{path}: cannot be read ({error.strerror or error})") from None
 
@@ -116,6 +120,14 @@ class FrameLog:
         except Exception as error:  # each reader has errors of its own
             text = quoted(str(error) or type(error).__name__)
             raise UsageError(f"{path}: is not a log that python-can can read: {text}") from None
+
+
+def _lines(text: TextIO) -> Iterator[str]:
+    """Yield the lines of a text; what is too long for one is cut, and never in memory as a whole."""
+    while line := text.readline(_LONGEST_LINE + 2):
+        yield line
+        while line and not line.endswith("\n"):
+            line = text.readline(_AT_ONCE)
 
 
 def _seconds(stamp: str | None) -> float:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import json
 import math
+import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -19,6 +20,7 @@ from rich.table import Table
 from rich.text import Text
 
 from firmware_py.foreign_text import text_or_hex, visible
+from firmware_py.run.usage_error import UsageError
 
 _REDRAW_S = 0.25
 _GAP = "  "
@@ -56,19 +58,37 @@ def console() -> Console:
     return Console(highlight=False)
 
 
+@contextlib.contextmanager
+def written() -> Iterator[None]:
+    """Turn a failure to write what is told into an error in one line; a pipe whose reader has left is none.
+
+    Raises:
+        UsageError: the disk is full, or the like.
+    """
+    try:
+        yield
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        sys.stdout = None  # what waits in it could not be written at the end either
+        raise UsageError(f"the output cannot be written: {error.strerror or error}") from None
+
+
 def show(where: Console, sheets: Iterable[Sheet], sentences: Iterable[str] = ()) -> None:
-    """Print tables, and sentences below them."""
-    if where.is_terminal:
-        where.print(_drawn(sheets, where.width))
-    else:
-        for sheet in sheets:
-            _say(where, [*([sheet.title] if sheet.title else []), *_aligned(sheet)])
-    _say(where, sentences)
+    """Print tables, and sentences below them; raises as `written`."""
+    with written():
+        if where.is_terminal:
+            where.print(_drawn(sheets, where.width))
+        else:
+            for sheet in sheets:
+                _say(where, [*([sheet.title] if sheet.title else []), *_aligned(sheet)])
+        _say(where, sentences)
 
 
 def show_json(where: Console, found: Mapping[str, Any], indent: int | None = 2) -> None:
-    """Print JSON; what is not finite is null, bytes are text or hexadecimal digits."""
-    where.out(json.dumps(plain(found), indent=indent, ensure_ascii=False), highlight=False)
+    """Print JSON; what is not finite is null, bytes are text or hexadecimal digits. Raises as `written`."""
+    with written():
+        where.out(json.dumps(plain(found), indent=indent, ensure_ascii=False), highlight=False)
 
 
 def plain(value: Any) -> Any:
