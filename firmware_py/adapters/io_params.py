@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 
 from firmware_py.adapters.buses.can_bus import CanParams, NodeIds
 from firmware_py.adapters.drivers.dronecan.bus_params import CommandParams, LatencyParams, NetworkParams
-from firmware_py.adapters.drivers.instrument_params import Device, InstrumentParams, devices_of, refuse_port
+from firmware_py.adapters.drivers.dronecan.node_client import TOOL_ID
+from firmware_py.adapters.drivers.instrument_params import Device, InstrumentParams, devices_of, line_of, refuse_port
 from firmware_py.adapters.linux_realtime import RealtimeParams
 from firmware_py.adapters.storage.log_params import LogParams
 from firmware_py.error_text import quoted
@@ -84,10 +85,11 @@ class IoParams:
 
     def __post_init__(self) -> None:
         """Refuse a device with the id of the autopilot or the plant, one id or port for two, and an order of none."""
-        taken = {self.can.node_id: "can.node_id"}
+        taken = {TOOL_ID: "that of bench tools"}
+        own = {"can.node_id": self.can.node_id, "can.plant_id": self.can.plant_id}
         devices = {f"nodes.{name}": node_id for name, node_id in self.nodes.by_name.items()}
         further = {device.key: device.node for device in self.devices if device.instrument and device.node}
-        for name, node_id in {"can.plant_id": self.can.plant_id, **devices, **further}.items():
+        for name, node_id in {**own, **devices, **further}.items():
             if node_id in taken:
                 raise ParamError(f"{name} = {node_id}: is {taken[node_id]} already; every node needs an id of its own")
             taken[node_id] = name
@@ -95,10 +97,10 @@ class IoParams:
             if one.node in taken and one.node != self.nodes.servo_hub:
                 name, other = f"fins: {one.name} = {one.node}", taken[one.node]
                 raise ParamError(f"{name}: is {other} already; every node needs an id of its own")
-        ports = {self.dynamixel.port: "dynamixel"} if self.dynamixel.fins else {}
+        ports = {line_of(self.dynamixel.port): "dynamixel"} if self.dynamixel.fins else {}
         for i, instrument in enumerate(self.instruments):
             key = f"instruments[{i}]"
-            if instrument.port and (other := ports.setdefault(instrument.port, key)) != key:
+            if instrument.port and (other := ports.setdefault(line_of(instrument.port), key)) != key:
                 raise ParamError(f"{key}: port {quoted(instrument.port)} is that of {other} already; each has its own")
         if self.dynamixel.fins:
             refuse_port("dynamixel.", self.dynamixel.port)

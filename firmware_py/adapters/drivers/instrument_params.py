@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import posixpath
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -34,6 +35,13 @@ def refuse_port(key: str, port: str) -> None:
         raise ParamError(f"{key}port = {quoted(port)}: of a TCP port write tcp:{port}")
     if "://" in port:
         raise ParamError(f"{key}port = {quoted(port)}: must be a serial device, or tcp:HOST:PORT")
+
+
+def line_of(port: str) -> str:
+    """Return the one name of a line that may be written in several ways: two drivers would take its bytes in turns."""
+    if found := re.fullmatch(r"(tcp:.*:)0*(\d+)", port):
+        return found[1] + found[2]
+    return posixpath.normpath(port)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +89,8 @@ class InstrumentParams:
             raise ParamError(f"port = {quoted(self.port)}: write i2c:{plain[1]}")
         if self.mounting != STRAIGHT and self.measures not in _TURNED:
             raise ParamError(f"mounting: of {self.measures} it changes nothing; leave it out")
+        if self.mounting.declination and self.measures != "ahrs":
+            raise ParamError(f"mounting: declination_deg of {self.measures} changes nothing; leave it out")
 
     @property
     def measures(self) -> str:

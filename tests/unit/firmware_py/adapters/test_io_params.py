@@ -76,6 +76,26 @@ def test_what_an_instrument_cannot_be_is_said_in_one_line(instruments: list[dict
     assert "\n" not in text
 
 
+def test_a_servo_has_not_the_id_of_bench_tools() -> None:
+    fins = [{"name": "fin", "id": 1, "node": 126}]
+    with pytest.raises(ParamError, match="fins: fin = 126: is that of bench tools already"):
+        load(IoParams, TABLE | {"fins": fins}, "io.toml")
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [("/dev/ttyUSB0", "/dev//ttyUSB0"), ("/dev/ttyUSB0", "/dev/./ttyUSB0"), ("tcp:10.0.0.2:80", "tcp:10.0.0.2:080")],
+)
+def test_one_line_has_not_two_names(one: str, other: str) -> None:
+    with pytest.raises(ParamError, match=r"instruments\[1\]: port '.*' is that of instruments\[0\] already"):
+        with_instruments(LINE | {"port": one}, OTHER | {"port": other})
+
+
+def test_a_dvl_knows_no_north() -> None:
+    with pytest.raises(ParamError, match=r"instruments\[0\]: mounting: declination_deg of dvl changes nothing; leave"):
+        with_instruments(LINE | {"mounting": {"declination_deg": 3.0}})
+
+
 def test_a_role_may_leave_the_bus_but_attitude_and_depth_must_be_measured() -> None:
     table = copy.deepcopy(TABLE)
     del table["nodes"]["pressure"]
@@ -93,6 +113,8 @@ def test_a_role_may_leave_the_bus_but_attitude_and_depth_must_be_measured() -> N
         ("can", "node_id", 21, "io.toml: nodes.servo_hub = 21: is can.node_id already"),
         ("can", "plant_id", 10, "io.toml: can.plant_id = 10: is can.node_id already"),
         ("nodes", "esc", 23, "io.toml: nodes: esc and ahrs have the same node id 23"),
+        ("nodes", "ahrs", 126, "io.toml: nodes.ahrs = 126: is that of bench tools already; every node needs an id"),
+        ("can", "node_id", 126, "io.toml: can.node_id = 126: is that of bench tools already"),
     ],
 )
 def test_an_id_that_is_given_twice_is_refused(place: str, key: str, node_id: int, words: str) -> None:
