@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import math
+import signal
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from itertools import islice
@@ -53,7 +56,7 @@ def command(options: argparse.Namespace) -> int:
     io = load(IoParams, read_toml(io_file), str(io_file))
     configuration = config_files.read_configuration(options.config)
     fins, params = config_files.vehicle(configuration).fins, config_files.autopilot_params(configuration)
-    if not options.yes and not sys.stdin.isatty():
+    if not options.yes and not (sys.stdin and sys.stdin.isatty()):
         raise UsageError("the fins are moved only after a yes; there is no terminal to ask at, so give --yes")
     chosen = _chosen(options.fin, [fin.name for fin in fins])
     io = at_desk(io, options.lines) if options.lines else io
@@ -65,7 +68,8 @@ def command(options: argparse.Namespace) -> int:
         if not options.yes:
             _confirm([fins[i] for i in chosen], options.travel / 100.0, spec)
             guard.listen(fitted)  # a yes may have taken its time
-        with interruptible() as interrupted, live(out, lambda: [sheet(sweep, fins)], not options.json) as draw:
+        drawn = live(out, lambda: [sheet(sweep, fins)], not options.json)
+        with interruptible() as interrupted, _hung_up(interrupted), drawn as draw:
             _run(sweep, fitted.hardware, step_ns(params.rate), lambda: bool(interrupted), guard, draw)
         losses = fitted.hardware.losses()
         sweep.unheard = {fin.name: why_not_believed(fin.name, losses, table) for fin in fins}
@@ -128,6 +132,20 @@ class _Guard:
             raise BusError(f"another program leads the fins' drives or servos ({self._foreign}): end that one first")
         for node, why in self._others.heard.items():
             raise BusError(f"{bus.name}: node {self._nodes.described(node)} {why}: end that autopilot first")
+
+
+@contextlib.contextmanager
+def _hung_up(interrupted: list[int]) -> Iterator[None]:
+    """Take the end of the terminal, as of a connection that breaks, for Ctrl-C; nohup keeps it from being heard."""
+    before = signal.getsignal(signal.SIGHUP)
+    if before == signal.SIG_IGN or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    signal.signal(signal.SIGHUP, lambda number, _frame: interrupted.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGHUP, before)
 
 
 def _run(

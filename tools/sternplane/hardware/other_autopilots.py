@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from firmware_py.adapters.buses.frame_id import STANDARD
-from firmware_py.adapters.drivers.dronecan.node_client import TOOL_ID
 from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.message_table import TransferKind
 from sternplane.hardware.messages import port_of
@@ -12,7 +11,7 @@ _COMMANDS = {
     kind.data_type_id: kind.name
     for kind in (m.ARRAY_COMMAND, m.RPM_COMMAND, m.RAW_COMMAND, m.HARDPOINT_COMMAND, m.ARMING_STATUS, m.TICK_DONE)
 }
-"""What none but an autopilot sends."""
+"""What none but an autopilot sends, or a tool that moves actuators."""
 
 
 class OtherAutopilots:
@@ -36,5 +35,5 @@ class OtherAutopilots:
         port = port_of(can_id)
         if port.source == self._own_id:
             self.heard.setdefault(port.source, "speaks under the autopilot's own id")
-        elif port.kind is TransferKind.MESSAGE and port.data_type_id in _COMMANDS and port.source != TOOL_ID:
+        elif port.kind is TransferKind.MESSAGE and port.data_type_id in _COMMANDS:
             self.heard.setdefault(port.source, f"sends {_COMMANDS[port.data_type_id]}")
