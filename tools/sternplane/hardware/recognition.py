@@ -12,6 +12,9 @@ from sternplane.hardware.serial_protocols import PROTOCOLS, Protocol
 _LEAST = 2
 """So many messages that are none are needed to speak of errors."""
 _SENTENCE = re.compile(rb"[$!]([A-Z][A-Z0-9]{1,9})[,*]")
+_MOST_NAMES = 64
+"""So many names of sentences are told apart; damage and babble make any number."""
+OTHERS = "others"
 _SHOWN = 48
 """So many bytes of what is not understood are shown."""
 
@@ -44,7 +47,7 @@ class Recognition:
 
     Attributes:
         received: how many bytes have come.
-        sentences: the sentences of NMEA's form that were seen, by their address.
+        sentences: the sentences of NMEA's form that were seen, by their address; OTHERS are those beyond _MOST_NAMES.
         sample: the first bytes.
     """
 
@@ -62,7 +65,9 @@ class Recognition:
         self.received += len(data)
         self.sample = (self.sample + data)[:_SHOWN]
         text = self._tail + data
-        self.sentences.update(match.decode() for match in _SENTENCE.findall(text))
+        for match in _SENTENCE.findall(text):
+            name = match.decode()
+            self.sentences[name if name in self.sentences or len(self.sentences) < _MOST_NAMES else OTHERS] += 1
         cut = max(text.rfind(b"$"), text.rfind(b"!"))
         self._tail = text[cut:] if cut >= 0 and len(text) - cut < 12 and not _SENTENCE.match(text, cut) else b""
         for protocol, decoder in self._decoders:

@@ -15,11 +15,13 @@ from firmware_py.adapters.drivers.serial_port import SerialPort
 from firmware_py.foreign_text import text_or_hex
 from firmware_py.run.usage_error import UsageError
 from sternplane.hardware.output import GOOD, Row, Sheet, console, show, show_json
-from sternplane.hardware.recognition import Found, Recognition
+from sternplane.hardware.recognition import OTHERS, Found, Recognition
 
 BAUDS = (115200, 9600, 57600, 38400, 19200, 4800, 230400, 460800, 921600, 1_000_000, 2_000_000)
 """From the most usual to the least."""
 _POLL_S = 0.01
+_MOST_TOLD = 12
+"""So many kinds of sentences are told."""
 
 
 class Heard(NamedTuple):
@@ -30,12 +32,14 @@ class Heard(NamedTuple):
         seconds: for how long.
         recognition: what of it was understood.
         line_errors: bytes with a wrong frame or parity, where the driver counts them.
+        gone: whether the port broke off then.
     """
 
     baud: int
     seconds: float
     recognition: Recognition
     line_errors: int
+    gone: bool
 
     @property
     def found(self) -> list[Found]:
@@ -53,7 +57,7 @@ def command(options: argparse.Namespace) -> int:
     for baud in (options.baud,) if options.baud else BAUDS:
         err.print(f"{baud} baud ...", markup=False)
         heard.append(_listen(options.port, baud, options.seconds))
-        if heard[-1].found or not heard[-1].recognition.received:
+        if heard[-1].found or heard[-1].gone or not heard[-1].recognition.received:
             break  # without a byte at one rate there is none at another
     if options.json:
         show_json(out, {"port": options.port, "heard": [*map(_plain, heard)]})
@@ -75,7 +79,7 @@ def _listen(port: str, baud: int, seconds: float) -> Heard:
                 recognition.feed(data)
             else:
                 time.sleep(_POLL_S)
-        return Heard(baud, time.monotonic() - began, recognition, line.losses()["line_errors"])
+        return Heard(baud, time.monotonic() - began, recognition, line.losses()["line_errors"], line.broken)
 
 
 def _list(out: Console, as_json: bool) -> int:
@@ -107,11 +111,14 @@ def _sheet(port: str, heard: Heard) -> Sheet:
 def _sentences(port: str, heard: list[Heard]) -> Iterator[str]:
     last = heard[-1]
     recognition = last.recognition
-    if not recognition.received:
+    if last.gone:
+        yield f"{port} was gone after {last.seconds:.1f} s: was it unplugged?"
+    elif not recognition.received:
         yield (
             f"not a byte came on {port} for {last.seconds:.1f} s: is it powered, are its two data lines the right way "
             "round? Some devices speak only when asked: Dynamixel servos, Ping sounders, sensors that are set to poll"
         )
+    if not recognition.received:
         return
     for found in last.found:
         if found.errors:
@@ -120,8 +127,7 @@ def _sentences(port: str, heard: list[Heard]) -> Iterator[str]:
     if last.line_errors:
         yield f"{last.line_errors} bytes with a wrong frame or parity, breaks or overruns"
     if recognition.sentences:
-        seen = ", ".join(f"{name} {count / last.seconds:.1f} Hz" for name, count in recognition.sentences.most_common())
-        yield f"sentences: {seen}"
+        yield sentences_text(recognition, last.seconds)
     if not last.found:
         rates = ", ".join(f"{one.baud}" for one in heard)
         most = max(heard, key=lambda one: _text_share(one.recognition.sample))
@@ -129,6 +135,15 @@ def _sentences(port: str, heard: list[Heard]) -> Iterator[str]:
             f"{most.recognition.received} bytes came, but nothing that is known, at {rates} baud. "
             f"At {most.baud}: {text_or_hex(most.recognition.sample)}"
         )
+
+
+def sentences_text(recognition: Recognition, seconds: float) -> str:
+    """Return which sentences were seen and how often, in one line: the most frequent, and the sum of the others."""
+    counts = recognition.sentences
+    told = [(name, count) for name, count in counts.most_common() if name != OTHERS][:_MOST_TOLD]
+    if more := counts.total() - sum(count for _, count in told):
+        told.append((OTHERS, more))
+    return f"sentences: {', '.join(f'{name} {count / seconds:.1f} Hz' for name, count in told)}"
 
 
 def _text_share(sample: bytes) -> float:
@@ -143,6 +158,7 @@ def _plain(heard: Heard) -> dict[str, Any]:
         "seconds": heard.seconds,
         "bytes": recognition.received,
         "line_errors": heard.line_errors,
+        "gone": heard.gone,
         "sentences": dict(recognition.sentences),
         "sample": recognition.sample.hex(),
         "protocols": [
