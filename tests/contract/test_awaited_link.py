@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import pty
 import select
@@ -10,6 +11,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+import serial
 
 from firmware_py.adapters.ground import awaited_link
 from firmware_py.adapters.ground.awaited_link import AwaitedLink
@@ -67,6 +69,21 @@ def test_a_name_that_is_not_known_is_not_looked_up_in_flight(
     monkeypatch.setattr("socket.gethostbyname", None)
     passing[0] += 10.0
     assert link.receive() == []
+
+
+@pytest.mark.parametrize("number", [errno.EBUSY, errno.EACCES])
+def test_a_radio_that_may_not_be_opened_yet_is_waited_for(monkeypatch: pytest.MonkeyPatch, number: int) -> None:
+    """At boot a modem manager tries its port, and udev gives it to its group when it is there already."""
+
+    def refused(*_words: object, **_options: object) -> None:
+        raise serial.SerialException(number, os.strerror(number))
+
+    monkeypatch.setattr(serial, "Serial", refused)
+    link = open_link("serial:/dev/radio:57600", absent=True)
+    assert isinstance(link, AwaitedLink)
+    assert link.missing == os.strerror(number)
+    with pytest.raises(GroundError, match=os.strerror(number)):
+        open_link("serial:/dev/radio:57600")
 
 
 @pytest.mark.parametrize("text", ["serial:/dev/null:57600", "udpout:127.0.0.1:0", "radio"])

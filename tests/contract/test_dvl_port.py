@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import itertools
 import math
 import os
 import tty
 
 import pytest
+import serial
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -315,6 +317,39 @@ def test_a_device_that_is_not_there_yet_is_silence_until_it_is(tmp_path):
         assert port.read(3.01).ok
         assert port.losses()["dvl_breaks"] == 0
         port.close()
+
+
+def test_a_port_that_another_program_has_is_waited_for_where_it_may_be_absent(device):
+    """At boot a modem manager tries every port for some seconds."""
+    port = DvlLine(device.line.path, absent=True)
+    assert "another program has it" in port.missing
+    device.port.close()
+    port.read(2.0)
+    device.send(report())
+    assert port.read(2.01).ok
+    port.close()
+
+
+@pytest.mark.parametrize("number", [errno.EBUSY, errno.EACCES])
+def test_a_port_that_may_not_be_opened_yet_is_waited_for_where_it_may_be_absent(device, monkeypatch, number):
+    """udev gives a port to its group a moment after it has appeared."""
+    opened = serial.Serial
+
+    def refused(*_words, **_options):
+        raise serial.SerialException(number, os.strerror(number))
+
+    device.port.close()
+    monkeypatch.setattr(serial, "Serial", refused)
+    with pytest.raises(BusError, match="cannot be opened"):
+        DvlLine(device.line.path)
+    port = DvlLine(device.line.path, absent=True)
+    assert "cannot be opened" in port.missing
+    assert port.read(2.0) is None
+    monkeypatch.setattr(serial, "Serial", opened)
+    port.read(4.0)
+    device.send(report())
+    assert port.read(4.01).ok
+    port.close()
 
 
 @pytest.mark.parametrize("name", ["", "/dev/null"])

@@ -25,7 +25,21 @@ def test_what_can_never_be_a_port_says_what_would_be_one(port, absent):
 
 def test_a_host_that_nobody_knows_is_an_error_of_one_line():
     with pytest.raises(BusError, match="there is no such host; give its address in numbers"):
-        TcpStream("dvl", "tcp:no-such-host.invalid:16171", absent=True)
+        TcpStream("dvl", "tcp:no-such-host.invalid:16171")
+    with pytest.raises(BusError, match="there is no such host; give its address in numbers"):
+        TcpStream("dvl", f"tcp:{'a' * 64}.invalid:16171", absent=True)  # no name of a host
+
+
+def test_a_host_that_is_not_known_where_it_may_be_absent_is_silence_and_not_looked_up_in_flight(monkeypatch):
+    """At boot the network may not be there yet."""
+    stream = TcpStream("dvl", "tcp:no-such-host.invalid:16171", absent=True)
+    assert "there is no such host; give its address in numbers" in stream.missing
+    monkeypatch.setattr(socket, "gethostbyname", None)
+    assert [stream.read(float(t)) for t in range(5)] == [b""] * 5
+    stream.write(b"hello")
+    assert stream.broken
+    stream.close()
+    stream.close()
 
 
 def test_a_device_that_must_be_there_and_is_not_is_an_error(tmp_path):

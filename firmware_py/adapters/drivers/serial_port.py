@@ -22,7 +22,8 @@ _TIOCGICOUNT = 0x545D
 _ICOUNTS = struct.Struct("20i")
 _ERRORS = slice(6, 11)
 """Linux, linux/serial.h, serial_icounter_struct: frame, overrun, parity, brk, buf_overrun."""
-_UNPLUGGED = (errno.ENOENT, errno.ENODEV, errno.ENXIO, errno.EIO)
+_NOT_YET = (errno.ENOENT, errno.ENODEV, errno.ENXIO, errno.EIO, errno.EAGAIN, errno.EBUSY, errno.EACCES)
+"""Errors that pass: at boot a modem manager tries ports, and udev gives one to its group when it is there already."""
 _SIMULATED = "a simulated plant makes its own: start it first, sternplane plant"
 _WHY = {
     errno.ENOENT: f"there is no such device; is it plugged in, its name right (ls -l /dev/serial/by-id)? {_SIMULATED}",
@@ -46,7 +47,7 @@ class SerialPort:
         device: what is plugged in, for errors.
         port: its name.
         baud: bits a second.
-        absent: whether a port that is not there yet is silence too, and not an error.
+        absent: whether a port that is not there yet, or may not be opened yet, is silence too, and not an error.
 
     Attributes:
         missing: why there was no port at the start; empty if there was one.
@@ -67,7 +68,7 @@ class SerialPort:
             self._open()
         except (serial.SerialException, ValueError) as error:
             text = f"{device}: port {quoted(port)} cannot be opened: {_why(error)}"
-            if not (absent and port) or getattr(error, "errno", None) not in _UNPLUGGED:
+            if not (absent and port) or getattr(error, "errno", None) not in _NOT_YET:
                 raise BusError(text) from None
             self.missing = text
 

@@ -25,7 +25,8 @@ class TcpStream:
     Args:
         device: what is connected to, for errors.
         port: "tcp:HOST:PORT".
-        absent: whether a device that is not there yet is silence too, and not an error.
+        absent: whether a device that is not there yet is silence too, and not an error. So is a host that is not known
+            at the start: it is never looked up again.
 
     Attributes:
         missing: why there was no connection at the start; empty if there was one.
@@ -42,11 +43,15 @@ class TcpStream:
         found = _PORT.fullmatch(port)
         if found is None or not 0 < int(found[2]) < 65536:
             raise BusError(f"{device}: port {quoted(port)}: must be tcp:HOST:PORT, such as tcp:192.168.194.95:16171")
+        self._dial: TcpDial | None = None
         try:
             self._dial = TcpDial((found[1], int(found[2])))
-        except (OSError, UnicodeError):
+        except (OSError, UnicodeError) as error:
             text = "there is no such host; give its address in numbers, or look at the network"
-            raise BusError(f"{device}: port {quoted(port)} cannot be opened: {text}") from None
+            self.missing = f"{device}: port {quoted(port)} cannot be opened: {text}"
+            if not absent or isinstance(error, UnicodeError):
+                raise BusError(self.missing) from None
+            return  # to look it up may take seconds, which no cycle has
         began = time.monotonic()
         while self.broken and time.monotonic() - began < START_S:
             self._connect(0.0)
@@ -107,10 +112,11 @@ class TcpStream:
     def close(self) -> None:
         """Close the connection; may be called twice."""
         self._leave()
-        self._dial.close()
+        if self._dial is not None:
+            self._dial.close()
 
     def _connect(self, t: float) -> None:
-        peer = self._dial.connected(t)
+        peer = None if self._dial is None else self._dial.connected(t)
         if peer is None:
             return
         with contextlib.suppress(OSError):  # one that has ended already is noticed when it is read

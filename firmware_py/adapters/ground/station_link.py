@@ -31,6 +31,8 @@ _LATER = (
     socket.EAI_NONAME,
 )
 """What keeps a link from being opened before its adapter is plugged in, or the network is up."""
+_NOT_YET = (errno.EAGAIN, errno.EBUSY, errno.EACCES)
+"""Of a serial port besides: a modem manager tries it, or udev has not given it to its group yet."""
 _BITS_PER_BYTE = 10
 _USED_SHARE = 0.9
 """Share of a serial line's rate that is used, so that its queue cannot grow."""
@@ -63,7 +65,8 @@ class LinkSpec(NamedTuple):
         why = error if isinstance(error, str) else error.strerror or error
         taken = isinstance(error, OSError) and error.errno == errno.EADDRINUSE
         text = f"link {quoted(self.text)} cannot be opened: {why}; {_PORT_IN_USE if taken else _SYNTAX}"
-        if isinstance(error, OSError) and error.errno in _LATER:
+        later = self.kind == _SERIAL and isinstance(error, OSError) and error.errno in _NOT_YET
+        if isinstance(error, OSError) and error.errno and (later or error.errno in _LATER):
             return LinkAbsentError(text, os.strerror(error.errno) if error.errno > 0 else str(why))
         return GroundError(text)
 
