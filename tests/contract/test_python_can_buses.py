@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import can
 import pytest
 
-from firmware_py.adapters.buses import python_can_bus
+from firmware_py.adapters.buses import awaited_bus, python_can_bus
 from firmware_py.adapters.buses.can_bus import BusError, CanBus, open_bus
 from firmware_py.adapters.buses.frame_id import STANDARD
 from firmware_py.adapters.buses.python_can_bus import PythonCanBus
@@ -171,6 +171,32 @@ def test_an_adapter_that_is_unplugged_is_silence_and_told_until_one_is_there_aga
         bus.shutdown()
         bus.shutdown()
         os.close(other.line)
+
+
+def test_an_adapter_that_is_plugged_in_later_is_waited_for(adapter, monkeypatch, tmp_path):
+    clock = [100.0]
+    monkeypatch.setattr(awaited_bus, "time", SimpleNamespace(monotonic=lambda: clock[0], sleep=lambda _: None))
+    name = tmp_path / "adapter"
+    bus = awaited_bus.AwaitedBus(f"python-can:slcan:{name}@1000000", standard=True)
+    try:
+        assert "cannot be opened: slcan: " in bus.missing
+        assert bus.drain(9) == []
+        assert not bus.sound
+        name.symlink_to(adapter.path)
+        clock[0] += 5.0
+        assert bus.drain(9) == []
+        assert bus.sound
+        assert bus.missing == ""
+        bus.send([(0x123 | STANDARD, b"\x0b")])
+        assert adapter.heard().endswith(b"t12310B\r")
+    finally:
+        bus.close()
+
+
+@pytest.mark.parametrize("place", ["nosuch:0", "slcan:/dev/x@fast", "kvaser:0@500000"])
+def test_what_no_plug_will_mend_is_an_error_at_once(place):
+    with pytest.raises(BusError):
+        awaited_bus.AwaitedBus(f"python-can:{place}")
 
 
 class Controller(can.BusABC):

@@ -17,6 +17,7 @@ import can
 from firmware_py.adapters.buses.bus_health import BusHealth
 from firmware_py.adapters.buses.frame_id import STANDARD
 from firmware_py.adapters.buses.slcan_bus import SlcanBus
+from firmware_py.adapters.buses.socketcan_bus import InterfaceAbsent
 from firmware_py.error_text import one_line, quoted
 
 _RETRY_S = 1.0
@@ -34,7 +35,8 @@ class PythonCanBus:
         standard: whether frames with standard ids are received too.
 
     Raises:
-        can.CanInitializationError: no such interface or adapter; the text says why.
+        InterfaceAbsent: no adapter, which may be plugged in later.
+        can.CanInitializationError: no such interface; the text says why.
     """
 
     def __init__(self, place: str, standard: bool = False) -> None:
@@ -151,7 +153,9 @@ class PythonCanBus:
         except _FAILURES as error:
             missing = isinstance(error, NameError | ImportError)
             text = "its maker's library is not installed" if missing else one_line(error)
-            raise can.CanInitializationError(f"{self._interface}: {text}") from None
+            later = isinstance(error, can.CanInitializationError) or getattr(error, "errno", None)
+            kind = InterfaceAbsent if later else can.CanInitializationError
+            raise kind(f"{self._interface}: {text}") from None
 
     def _reopened(self) -> bool:
         now = time.monotonic()
