@@ -123,7 +123,7 @@ def _check(interface: str) -> None:
     except OSError as error:
         if error.errno == errno.EAFNOSUPPORT:
             text = "this kernel has no CAN; load it (modprobe can_raw), or take another bus"
-        elif error.errno == errno.ENODEV and interface in (name for _, name in socket.if_nameindex()):
+        elif error.errno == errno.ENODEV and _is_there(interface):
             text = f"{quoted(interface)} is no CAN interface"
         elif error.errno == errno.ENODEV:
             make = f"ip link add dev {interface} type vcan; ip link set {interface} up"
@@ -134,3 +134,11 @@ def _check(interface: str) -> None:
         raise can.CanInitializationError(text) from error
     if down:
         raise InterfaceAbsent(f"the interface is down; bring it up: {up}")
+
+
+def _is_there(interface: str) -> bool:
+    """Return whether there is an interface of any kind; to list all takes a netlink socket, which a service may not."""
+    try:
+        return socket.if_nametoindex(interface) > 0
+    except OSError:
+        return False

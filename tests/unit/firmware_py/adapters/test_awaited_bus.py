@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import socket
 import time
 import uuid
 from types import SimpleNamespace
@@ -97,3 +100,22 @@ def test_it_is_looked_for_once_a_second_and_not_more_often(plug: Plug, monkeypat
 def test_what_can_be_no_bus_is_an_error_at_once() -> None:
     with pytest.raises(BusError, match="not known"):
         AwaitedBus("can0")
+
+
+def no_such_interface(*_words: object, **_options: object) -> None:
+    raise OSError(errno.ENODEV, os.strerror(errno.ENODEV))
+
+
+def no_netlink(*_words: object) -> None:
+    raise OSError(errno.EAFNOSUPPORT, os.strerror(errno.EAFNOSUPPORT))
+
+
+def test_an_interface_is_looked_for_with_the_sockets_that_the_service_permits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """RestrictAddressFamilies= of sternplane.service leaves out netlink, by which all interfaces are listed."""
+    monkeypatch.setattr(socket, "if_nameindex", no_netlink)
+    monkeypatch.setattr(socket, "socket", no_such_interface)
+    bus = AwaitedBus("socketcan:nosuch9")
+    assert "there is no interface 'nosuch9'" in bus.missing
+    assert bus.drain(9) == []
+    with pytest.raises(BusError, match="'lo' is no CAN interface"):
+        open_bus("socketcan:lo")
