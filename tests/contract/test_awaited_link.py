@@ -6,6 +6,7 @@ import errno
 import os
 import pty
 import select
+import termios
 import tty
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,7 +14,7 @@ from types import SimpleNamespace
 import pytest
 import serial
 
-from firmware_py.adapters.ground import awaited_link
+from firmware_py.adapters.ground import awaited_link, stream_links
 from firmware_py.adapters.ground.awaited_link import AwaitedLink
 from firmware_py.adapters.ground.mavlink_ground import GroundError, open_link
 
@@ -84,6 +85,36 @@ def test_a_radio_that_may_not_be_opened_yet_is_waited_for(monkeypatch: pytest.Mo
     assert link.missing == os.strerror(number)
     with pytest.raises(GroundError, match=os.strerror(number)):
         open_link("serial:/dev/radio:57600")
+
+
+def test_a_radio_that_goes_while_it_is_opened_is_waited_for(
+    monkeypatch: pytest.MonkeyPatch, passing: list[float]
+) -> None:
+    def refused(*_words: object, **_options: object) -> None:
+        raise termios.error(errno.EIO, os.strerror(errno.EIO))
+
+    monkeypatch.setattr(serial, "Serial", refused)
+    link = open_link("serial:/dev/radio:57600", absent=True)
+    assert isinstance(link, AwaitedLink)
+    assert link.missing == os.strerror(errno.EIO)
+    passing[0] += 10.0
+    assert link.receive() == []
+
+
+def test_a_radio_that_goes_while_it_is_opened_again_is_silence(monkeypatch: pytest.MonkeyPatch) -> None:
+    master, line = pty.openpty()
+    tty.setraw(line)
+    link = open_link(f"serial:{os.ttyname(line)}:57600")
+
+    def refused(*_words: object, **_options: object) -> None:
+        raise termios.error(errno.EIO, os.strerror(errno.EIO))
+
+    monkeypatch.setattr(serial, "Serial", refused)
+    monkeypatch.setattr(stream_links, "RETRY_S", 0.0)
+    os.close(line)
+    os.close(master)  # the other end hangs up
+    assert [link.receive() for _ in range(4)] == [[]] * 4
+    link.close()
 
 
 @pytest.mark.parametrize("text", ["serial:/dev/null:57600", "udpout:127.0.0.1:0", "radio"])

@@ -6,6 +6,7 @@ import errno
 import itertools
 import math
 import os
+import termios
 import tty
 
 import pytest
@@ -350,6 +351,29 @@ def test_a_port_that_may_not_be_opened_yet_is_waited_for_where_it_may_be_absent(
     device.send(report())
     assert port.read(4.01).ok
     port.close()
+
+
+@pytest.mark.parametrize("error", [termios.error(errno.EIO, "Input/output error"), OSError(errno.EIO, "gone")])
+def test_a_device_that_goes_while_it_is_opened_is_silence(device, monkeypatch, error):
+    """pyserial says so in its own words at the beginning of the opening alone."""
+    opened = serial.Serial
+
+    def refused(*_words, **_options):
+        raise error
+
+    device.port.close()
+    monkeypatch.setattr(serial, "Serial", refused)
+    port = DvlLine(device.line.path, absent=True)
+    assert "cannot be opened: its other end is closed" in port.missing
+    assert [port.read(float(t)) for t in (2, 4)] == [None, None]
+    monkeypatch.setattr(serial, "Serial", opened)
+    port.read(6.0)
+    device.send(report())
+    assert port.read(6.01).ok
+    port.close()
+    monkeypatch.setattr(serial, "Serial", refused)
+    with pytest.raises(BusError, match="its other end is closed"):
+        DvlLine(device.line.path)
 
 
 @pytest.mark.parametrize("name", ["", "/dev/null"])

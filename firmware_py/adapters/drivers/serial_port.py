@@ -12,6 +12,7 @@ from typing import Any
 import serial
 
 from firmware_py.adapters.buses.can_bus import BusError
+from firmware_py.adapters.serial_open import open_serial
 from firmware_py.error_text import quoted
 
 BYTES_PER_TICK = 4096
@@ -66,7 +67,7 @@ class SerialPort:
         self.missing, self.openings = "", 0
         try:
             self._open()
-        except (serial.SerialException, ValueError) as error:
+        except (OSError, ValueError) as error:
             text = f"{device}: port {quoted(port)} cannot be opened: {_why(error)}"
             if not (absent and port) or getattr(error, "errno", None) not in _NOT_YET:
                 raise BusError(text) from None
@@ -121,7 +122,7 @@ class SerialPort:
         self._leave()
 
     def _open(self) -> None:
-        self._serial = serial.Serial(self._port, self._baud, timeout=0, exclusive=True)
+        self._serial = open_serial(self._port, self._baud)
         self._name = self._named()
         self._first_errors = self._count_line_errors()
         self.openings += 1

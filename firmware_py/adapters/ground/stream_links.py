@@ -10,6 +10,7 @@ from typing import Any
 import serial
 
 from firmware_py.adapters.ground.station_link import Address, LinkSpec
+from firmware_py.adapters.serial_open import open_serial
 from firmware_py.adapters.tcp_dial import RETRY_S, TcpDial, prepare
 
 BYTES_PER_TICK = 4096
@@ -212,4 +213,4 @@ class SerialLink:
 
     def _open(self) -> Any:
         self._tried = time.monotonic()
-        return serial.Serial(self._device, self._baud, timeout=0, write_timeout=0, exclusive=True)
+        return open_serial(self._device, self._baud, write_timeout=0)
