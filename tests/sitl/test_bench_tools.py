@@ -108,6 +108,20 @@ def test_what_is_missing_is_named_with_its_remedy(plant: Plant) -> None:
     assert (roles["fix"]["state"], roles["fix"]["needed"]) == ("silent", False)
 
 
+def test_two_ids_that_are_swapped_are_named(plant: Plant) -> None:
+    file = plant.folder / "swapped.toml"
+    text = SITL.read_text().replace("pressure = 24", "pressure = 0").replace("altimeter = 25", "altimeter = 24")
+    file.write_text(text.replace("pressure = 0", "pressure = 25"))
+    found = checked(plant, "--dvl", plant.dvl, file=file, status=1)
+    [pressure] = [text for text in found["missing"] if text.startswith("pressure: ")]
+    [altitude] = [text for text in found["missing"] if text.startswith("altitude: ")]
+    assert (
+        "StaticPressure comes from node 24 (org.sternplane.sim.pressure), which stands at [nodes] altimeter" in pressure
+    )
+    assert "Measurement comes from node 25 (org.sternplane.sim.altimeter), which stands at [nodes] pressure" in altitude
+    assert pressure.endswith(": swapped?")
+
+
 def test_a_role_that_does_not_exist_cannot_be_left_out(plant: Plant) -> None:
     done = called("io", "check", SITL, "--bus", plant.bus, "--without", "sonar", cwd=plant.folder)
     assert done.returncode == 2

@@ -141,12 +141,15 @@ class Remedies:
     def _instead(self, place: Place) -> str:
         """Return who else sends what is wanted, as a sentence with a space behind it; mostly nothing."""
         others = [node for node in self._traffic.senders(place.data_type_id) if node != place.node]
-        taken = {one.node for one in self._vehicle.places.values()}
-        free = [node for node in others if node not in taken]
-        if not free:
-            return ""
-        who = ", ".join(self._nodes.described(node) for node in free)
-        return f"{place.sends} comes from node {who}: is that it? Then write its id at {place.key}. "
+        keys = {one.node: one.key for one in self._vehicle.places.values()}
+        right = {one.node for one in self._vehicle.places.values() if one.data_type_id == place.data_type_id}
+        if free := [node for node in others if node not in keys]:
+            who = ", ".join(self._nodes.described(node) for node in free)
+            return f"{place.sends} comes from node {who}: is that it? Then write its id at {place.key}. "
+        if wrong := [node for node in others if node not in right]:
+            who = self._nodes.described(wrong[0])
+            return f"{place.sends} comes from node {who}, which stands at {keys[wrong[0]]}: swapped? "
+        return ""
 
     def _restarts(self) -> Iterator[str]:
         for cause, count in self._vehicle.hardware.losses().items():
