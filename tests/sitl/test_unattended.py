@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from pymavlink import mavutil
 from sternplane.logs.reading import read
 from sternplane.logs.replay import replay
 
@@ -108,3 +109,22 @@ def test_killed_and_started_again_it_takes_the_next_number_and_a_second_one_is_r
     assert third.returncode == 0
     folders = sorted(path.name[:5] for path in (tmp_path / "logs").iterdir())
     assert folders == ["00001", "00002"]
+
+
+@pytest.mark.parametrize(("param", "status"), [(1, 3), (2, 0)], ids=["reboot", "shutdown"])
+def test_a_station_that_orders_a_reboot_has_it_started_again_and_one_that_ends_it_is_told_apart(
+    tmp_path: Path, bus_spec: str, start: Start, param: int, status: int
+) -> None:
+    station = mavutil.mavlink_connection("udpin:127.0.0.1:0", source_system=255)
+    try:
+        link = f"udpout:127.0.0.1:{station.port.getsockname()[1]}"
+        process = start("fly", "--bus", bus_spec, "--dvl", tmp_path / "dvl", "--logs", "logs", "--gcs", link)
+        assert station.wait_heartbeat(timeout=60) is not None
+        reboot = mavutil.mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN
+        station.mav.command_long_send(station.target_system, 1, reboot, 0, param, *[0.0] * 6)
+        _, said = process.communicate(60.0)
+    finally:
+        station.close()
+    assert process.returncode == status, said
+    [folder] = (tmp_path / "logs").iterdir()
+    assert read(folder / "log.mcap").end["completed"] is None
