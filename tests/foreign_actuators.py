@@ -190,18 +190,22 @@ class Px4Servo(ForeignServo):
 
 
 class LibcanardEsc(ForeignNode):
-    """The example of a speed controller: `n` is where it drives the propeller, rev/s, by its first throttle."""
+    """The example of a speed controller with four outputs: `n` is where the first drives its propeller, rev/s."""
 
     listens = frozenset((RAW_COMMAND,))
     name = "ESCNode"
 
     def __init__(self, node_id: int, bus: CanBus, full_rpm: float) -> None:
         super().__init__(node_id, bus)
-        self._full, self.n = full_rpm / 60.0, 0.0
+        self._full, self.speeds = full_rpm / 60.0, [0.0] * 4
+
+    @property
+    def n(self) -> float:
+        return self.speeds[0]
 
     def take(self, kind: int, message: object) -> None:
-        if len(message.cmd):
-            self.n = message.cmd[0] / 8192.0 * self._full
+        for i, throttle in enumerate([*message.cmd][:4]):
+            self.speeds[i] = throttle / 8192.0 * self._full
 
     def publish(self, k: int, hz: int, angle: float) -> None:
         super().publish(k, hz, angle)

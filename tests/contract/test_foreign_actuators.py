@@ -43,7 +43,7 @@ SERVOS: dict[str, tuple[Maker, dict[str, object]]] = {
     "PX4, unitless": (Px4Servo, {"command": "unitless", "travel_deg": 45.0}),
 }
 every_servo = pytest.mark.parametrize("servo", SERVOS)
-every_output = pytest.mark.parametrize("output", [1, 2, 3])
+every_output = pytest.mark.parametrize("output", [1, 2, 3, 4])
 
 
 class Bench:
@@ -71,8 +71,16 @@ def told(output: int, angle: float, n: float = 0.0, armed: bool = True) -> Appli
     return Applied(tuple(fins), n, armed=armed, limited=False)
 
 
+def id_of(servo: str, output: int) -> int:
+    """The actuator id of an output from 1: those of libcanard's example begin with 0."""
+    return output - 1 if servo.startswith("libcanard") else output
+
+
 def bench(servo: str, **more: object) -> tuple[Vehicle, Bench]:
-    wired = [{"name": name, "id": i + 1, "node": NODE + i} | SERVOS[servo][1] | more for i, name in enumerate(NAMES)]
+    wired = [
+        {"name": name, "id": id_of(servo, i + 1), "node": NODE + i} | SERVOS[servo][1] | more
+        for i, name in enumerate(NAMES)
+    ]
     vehicle = Vehicle(fins=wired, propeller={"command": "raw", "full_speed_rpm": 600.0})
     return vehicle, Bench(vehicle)
 
@@ -82,7 +90,7 @@ def bench(servo: str, **more: object) -> tuple[Vehicle, Bench]:
 def test_a_foreign_servo_follows_a_step_within_one_step_of_its_commands(servo: str, output: int) -> None:
     vehicle, rig = bench(servo)
     with vehicle:
-        node = SERVOS[servo][0](NODE + output - 1, rig.bus, output)
+        node = SERVOS[servo][0](NODE + output - 1, rig.bus, id_of(servo, output))
         rig.put(node)
         rig.run(101, told(output, 0.0))
         for angle in (20.0 * DEG, -20.0 * DEG, 3.0 * DEG):
@@ -108,11 +116,22 @@ def test_a_foreign_speed_controller_follows_a_step_ahead_and_astern(output: int)
         assert (rig.frame.n.ok, rig.frame.n.value) == (True, -8.0)
 
 
+@every_output
+def test_of_a_foreign_speed_controller_the_output_of_the_propeller_alone_turns(output: int) -> None:
+    with Vehicle(propeller={"command": "raw", "full_speed_rpm": 600.0, "index": output - 1}) as vehicle:
+        rig = Bench(vehicle)
+        esc = LibcanardEsc(ESC, rig.bus, full_rpm=600.0)
+        rig.put(esc)
+        for n in (4.0, -2.5, 0.0):
+            rig.run(WITHIN, told(output, 0.0, n))
+            assert esc.speeds == pytest.approx([n if i == output - 1 else 0.0 for i in range(4)], abs=2e-3)
+
+
 @every_servo
 def test_what_a_foreign_servo_reports_is_heard_as_the_angle_of_the_fin(servo: str) -> None:
     vehicle, rig = bench(servo, scale=1.4, zero_deg=3.0, reversed=True)
     with vehicle:
-        node = SERVOS[servo][0](NODE + 1, rig.bus, 2)
+        node = SERVOS[servo][0](NODE + 1, rig.bus, id_of(servo, 2))
         rig.put(node)
         for k, angle in ((100, 10.0 * DEG), (200, -12.0 * DEG)):
             node.publish(k, 100, 3.0 * DEG - 1.4 * angle)
@@ -129,7 +148,7 @@ def test_what_a_foreign_servo_reports_is_heard_as_the_angle_of_the_fin(servo: st
 def test_radians_move_none_of_them(servo: str) -> None:
     vehicle, rig = bench(servo, command="radians")
     with vehicle:
-        node = SERVOS[servo][0](NODE, rig.bus, 1)
+        node = SERVOS[servo][0](NODE, rig.bus, id_of(servo, 1))
         rig.put(node)
         rig.run(300, told(1, 20.0 * DEG))
         assert node.angle is None
@@ -139,7 +158,7 @@ def test_radians_move_none_of_them(servo: str) -> None:
 def test_servos_that_wait_for_a_state_wait_while_nothing_may_move(servo: str) -> None:
     vehicle, rig = bench(servo, at_rest="silent")
     with vehicle:
-        node = SERVOS[servo][0](NODE, rig.bus, 1)
+        node = SERVOS[servo][0](NODE, rig.bus, id_of(servo, 1))
         rig.put(node)
         rig.run(200, DISARMED)
         assert node.angle is None
