@@ -138,7 +138,8 @@ class CoefficientEstimator:
                 self._begin(span)
         if tick.every(VALUES_RATE):
             mute, rates = buffer.mute, buffer.rates(applied.fins)
-            if self._doubts.update(tick.t, state, mute, rates, doubts, self._health.trusted, self.last.turbulence):
+            innovations = self._health.trusted, self._health.surprised
+            if self._doubts.update(tick.t, state, mute, rates, doubts, *innovations, self.last.turbulence):
                 self._bounds, self._running = unbounded(self._count), False  # the motion was followed by a wrong model
                 self._permit()
             self.last = self._learned_now(self.last, self._report() if tick.every(REPORT_RATE) else self.last.report)

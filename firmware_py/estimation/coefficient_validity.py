@@ -170,6 +170,14 @@ class CoefficientValidity:
         return self._consistent and self._wait == 0.0
 
     @property
+    def surprised(self) -> bool:
+        """Return whether innovations of a sensor are greater than they should be, and not less, as in a start-up."""
+        slack = 1.0 + self._params.nis_slack
+        return any(
+            n >= COUNT_MIN and s / n > slack * band(n * n / squares, STAY)[1] for s, n, squares in self._window.tolist()
+        )
+
+    @property
     def verdict(self) -> Validity:
         """What is to be said of it."""
         dvl, gyro, attitude = (s / n if n >= COUNT_MIN else math.nan for s, n, _ in self._window.tolist())

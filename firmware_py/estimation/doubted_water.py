@@ -1,8 +1,10 @@
 """The current: the filter takes it for steady, until what is measured says that the water changes.
 
 That it is steady makes coefficients certain, and wrong where it is not: a front is passed in seconds or in half a
-minute. So where the gyros contradict the filter, or innovations are no longer what they should be, the current is a
-random walk for some seconds. The passes through the flight take it for steady too: they begin anew behind that.
+minute. So where the gyros contradict the filter, or innovations have become greater than they should be, the current is
+a random walk for some seconds. Innovations that are less, as whenever another coefficient begins to learn, tell nothing
+of the water, and a current that walks without a cause takes what the sway explains. The passes through the flight take
+it for steady too: they begin anew behind that.
 """
 
 from __future__ import annotations
@@ -45,18 +47,19 @@ class DoubtedWater:
     def __init__(self, ekf: CoefficientEkf) -> None:
         self._ekf, self._memory = ekf, DoubtedWaterMemory()
 
-    def update(self, t: float, trusted: bool, turbulence: float) -> None:
+    def update(self, t: float, trusted: bool, surprised: bool, turbulence: float) -> None:
         """Let the current change, or be steady again.
 
         Args:
             t: now, s.
             trusted: whether innovations are what they should be.
+            surprised: whether they are greater.
             turbulence: of the eddies that are likely, m/s.
         """
         m, ekf = self._memory, self._ekf
         until, confirmed = m.until, int(ekf.iterated.sum())
         rises = m.confirmed > 0 and m.calm < CALM and turbulence > EDDIES_BEGIN
-        if ekf.bursts != m.bursts or (m.trusted and not trusted) or confirmed < m.confirmed or rises:
+        if ekf.bursts != m.bursts or (m.trusted and surprised) or confirmed < m.confirmed or rises:
             until = t + FRONT_TIME
         elif until <= t:
             until = -math.inf

@@ -37,6 +37,7 @@ class Doubts:
         rates: Sequence[float],
         axes: Sequence[AxisDoubt],
         trusted: bool,
+        surprised: bool,
         turbulence: float,
     ) -> bool:
         """Tell the filter what has changed; at a steady rate.
@@ -48,6 +49,7 @@ class Doubts:
             rates: by fin, how fast it turns if it obeys, rad/s.
             axes: what the motion says of planes and rudders.
             trusted: whether innovations are what they should be.
+            surprised: whether they are greater.
             turbulence: of the eddies that are likely, m/s.
 
         Returns:
@@ -55,7 +57,7 @@ class Doubts:
         """
         doubted = self._sensors.update(t, state)
         changed = self.fins.update(t, mute, rates, axes)
-        self._water.update(t, trusted, turbulence)
+        self._water.update(t, trusted, surprised, turbulence)
         return doubted or changed
 
     def freeze(self) -> DoubtsMemory:

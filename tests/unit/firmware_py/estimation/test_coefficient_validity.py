@@ -155,6 +155,17 @@ def test_one_inconsistent_sensor_takes_all_validity(sensor: int, factor: float) 
     assert verdict.nis[sensor] == pytest.approx(1.0 + (factor - 1.0) * -math.expm1(-1.0), rel=0.06)
 
 
+@pytest.mark.parametrize("sensor", [0, 1, 2])
+def test_innovations_surprise_where_they_are_greater_and_not_where_they_are_less(sensor: int) -> None:
+    for factor, surprised in ((0.05, False), (1.0, False), (2.0, True)):
+        judge, nis = health(), FINE.copy()
+        last(judge, 30.0)
+        nis[3 * sensor : 3 * sensor + 3] = factor
+        last(judge, 10.0, nis=nis)
+        assert judge.trusted == (factor == 1.0)
+        assert judge.surprised == surprised
+
+
 def test_the_slack_lets_variances_be_known_no_better() -> None:
     for slack, valid in ((0.0, False), (0.2, True)):
         assert all(last(health(nis_slack=slack), 30.0, nis=1.15 * FINE).valid) == valid

@@ -71,7 +71,7 @@ def walk(ekf: CoefficientEkf) -> float:
 def doubts(ekf: CoefficientEkf) -> DoubtedWater:
     water = DoubtedWater(ekf)
     ekf.iterated[:] = True
-    water.update(1.0, True, 0.0)
+    water.update(1.0, True, False, 0.0)
     assert walk(ekf) == 0.0
     return water
 
@@ -84,9 +84,17 @@ def test_each_sign_lets_the_current_change_for_a_while(ekf: CoefficientEkf, sign
     elif sign == "rejected":
         ekf.iterated[:] = False
     for t in np.arange(2.0, 2.0 + FRONT_TIME, 0.1):
-        water.update(t, sign != "innovations", 0.06 if sign == "eddies" else 0.0)
+        surprised = sign == "innovations"
+        water.update(t, not surprised, surprised, 0.06 if sign == "eddies" else 0.0)
         assert walk(ekf) == pytest.approx(FRONT_WALK)
-    water.update(2.0 + FRONT_TIME, sign != "innovations", 0.06 if sign == "eddies" else 0.0)
+    water.update(2.0 + FRONT_TIME, not surprised, surprised, 0.06 if sign == "eddies" else 0.0)
+    assert walk(ekf) == 0.0
+
+
+def test_innovations_that_are_less_than_they_should_be_are_no_sign(ekf: CoefficientEkf) -> None:
+    """So they are whenever another coefficient begins to learn, with the noise of a start-up."""
+    water = doubts(ekf)
+    water.update(2.0, False, False, 0.0)
     assert walk(ekf) == 0.0
 
 
@@ -94,18 +102,18 @@ def test_eddies_that_were_there_before_are_no_sign(ekf: CoefficientEkf) -> None:
     water = DoubtedWater(ekf)
     for confirmed, turbulence in ((False, 0.0), (False, 0.1), (True, 0.05), (True, 0.01), (True, 0.1)):
         ekf.iterated[:] = confirmed
-        water.update(2.0, True, turbulence)
+        water.update(2.0, True, False, turbulence)
         assert walk(ekf) == 0.0
 
 
 def test_it_goes_on_where_it_was(ekf: CoefficientEkf) -> None:
     water = doubts(ekf)
     ekf.bursts += 1
-    water.update(2.0, True, 0.0)
+    water.update(2.0, True, False, 0.0)
     other = CoefficientEkf(VEHICLE, CoefficientParams())
     other.thaw(ekf.freeze())
     again = DoubtedWater(other)
     again.thaw(water.freeze())
     assert walk(other) == pytest.approx(FRONT_WALK)
-    again.update(2.0 + FRONT_TIME, True, 0.0)
+    again.update(2.0 + FRONT_TIME, True, False, 0.0)
     assert walk(other) == 0.0

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,6 +19,7 @@ from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.estimation.model.observer_model import GROUPS
 from firmware_py.guidance.excitation import PERIOD
+from firmware_py.vehicle.coefficients import Coefficients
 from sternplane.logs.reading import read
 from sternplane.logs.true_coefficients import truth
 from sternplane.sitl.flight import FlightRequest, fly, prepare
@@ -172,7 +174,8 @@ def judged(scenario: str, vehicle: str, factors: Callable[[Tables, Signs], Facto
         outcome = fly(prepare(FlightRequest(scenario=str(file), config=shipped, seed=seed), {}), folder / "log.mcap")
         log = read(folder / "log.mcap")
         c = log.columns
-    believed = {**true["coefficients"], **{key: log.header["truth"][key] for key in ("density", "length")}}
+    absent = dict.fromkeys((each.name for each in fields(Coefficients)), 0.0)
+    believed = {**absent, **true["coefficients"], **{key: log.header["truth"][key] for key in ("density", "length")}}
     built = truth(log.header, believed, c["t"])
     right = np.column_stack([built[name] for name in TEN])
     off = (c["state.learned.value"] - right) / c["state.learned.std"]
