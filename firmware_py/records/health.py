@@ -117,7 +117,7 @@ class ActuatorFault(enum.IntEnum):
     SLOW = 6
     LOOSE = 7  # it has play
     RUNAWAY = 8  # of the propeller, which turns faster than it is told
-    LAGGING = 9  # of a slow fin, which has not come to where it is told to be for seconds
+    LAGGING = 9  # of a fin that turns too slowly to steer with
 
 
 class FinEvidence(enum.IntEnum):

@@ -66,9 +66,12 @@ class ActuatorWatch:
         times = params.latency, params.timeout, params.time
         share, fins = params.rate_share, vehicle.fins
         limits = [
-            FeedbackLimits(fin.rate_max, share * fin.rate_max, params.tolerance, fin.delta_max, *times) for fin in fins
+            FeedbackLimits(
+                fin.rate_max, share * fin.rate_max, params.rate_needed, params.tolerance, fin.delta_max, *times
+            )
+            for fin in fins
         ]
-        limits.append(FeedbackLimits(n_rate, share * n_rate, params.n_tolerance, math.inf, *times, turns=True))
+        limits.append(FeedbackLimits(n_rate, share * n_rate, 0.0, params.n_tolerance, math.inf, *times, turns=True))
         self._params = params
         self._feedback = tuple([FeedbackWatch(limit) for limit in limits])
         self._hull = HullWatch(params, vehicle, watch)

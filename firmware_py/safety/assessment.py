@@ -33,7 +33,7 @@ _GOOD, _NO_FAULT = SourceState.GOOD, SourceFault.NONE
 _HANGS = (WeightState.HELD, WeightState.STUCK)
 _STUCK = (ActuatorFault.JAMMED, ActuatorFault.HARD_OVER, ActuatorFault.LOST)
 _DAMAGED = (*_STUCK, ActuatorFault.WEAK)
-_UNSTEERED = (*_STUCK, ActuatorFault.LAGGING)
+_STEERS = (ActuatorFault.NONE, ActuatorFault.SLOW, ActuatorFault.LOOSE, ActuatorFault.WEAK)
 _WORN = (ActuatorFault.SLOW, ActuatorFault.LAGGING, ActuatorFault.LOOSE)
 _BY_MOTION = 0.5
 """Of the reserve. 10 deg of angle are 22 % of the control that two fins of 23 deg have; 4 deg too many are 9 %."""
@@ -134,20 +134,22 @@ def actuator_faults(
     if health.faultless:
         return NO_FAULTS
     planes, rudders = list[Faulty](), list[Faulty]()
+    reach = list[float](), list[float]()
     for fault, fin in zip(health.fins, vehicle_fins, strict=True):
         (rudders if fin.rudder else planes).append(Faulty(fault, fin.name))
+        reach[fin.rudder].append(fin.limit if fin.rudder else abs(fin.share) * fin.limit)
     planes, rudders = _together(planes, "stern planes"), _together(rudders, "rudders")
-    if any(fin.is_stuck and fin.source is FinEvidence.MOTION for fin in health.left):
-        reserve *= _BY_MOTION
-    dives, turns = left.dive_left >= reserve, left.turn_left >= reserve
+    by_motion = any(fin.is_stuck and fin.source is FinEvidence.MOTION for fin in health.left)
+    enough = reserve * _BY_MOTION if by_motion else reserve
+    dives, turns = left.dive_left >= enough, left.turn_left >= enough
     damaged = [*(planes if dives else ()), *(rudders if turns else ())]
     propeller = [Faulty(health.propeller, "propeller")]
     everything = [*planes, *rudders, *propeller]
     if health.drop_weight is WeightState.SILENT:
         everything.append(Faulty(ActuatorFault.SILENT, "drop weight"))
     return ActuatorFaults(
-        plane=_lagging(planes) if dives else _first(planes, _DAMAGED),
-        rudder=_lagging(rudders) if turns else _first(rudders, _DAMAGED),
+        plane=_too_slow(planes, reach[0], reserve) if dives else _first(planes, _DAMAGED),
+        rudder=_too_slow(rudders, reach[1], reserve) if turns else _first(rudders, _DAMAGED),
         propeller=_first(propeller, _STUCK),
         runaway=_first(propeller, (ActuatorFault.RUNAWAY,)),
         silent=_first(everything, (ActuatorFault.SILENT,)),
@@ -162,9 +164,13 @@ def _together(fins: list[Faulty], name: str) -> list[Faulty]:
     return [fin if alone or fin.fault is not ActuatorFault.WEAK else fin._replace(name=name) for fin in fins]
 
 
-def _lagging(fins: list[Faulty]) -> Faulty | None:
-    """Return the first fin that is too slow, of an axis on which no fin is quick enough: a law cannot steer with it."""
-    return _first(fins, (ActuatorFault.LAGGING,)) if all(fin.fault in _UNSTEERED for fin in fins) else None
+def _too_slow(fins: list[Faulty], reach: list[float], reserve: float) -> Faulty | None:
+    """Return the first fin that is too slow, of an axis of which no more than `reserve` is known to be quick.
+
+    `reach` is what each fin can do.
+    """
+    quick = sum([far for fin, far in zip(fins, reach, strict=True) if fin.fault in _STEERS])
+    return _first(fins, (ActuatorFault.LAGGING,)) if quick <= reserve * sum(reach) else None
 
 
 def _first(actuators: Iterable[Faulty], of: tuple[ActuatorFault, ...]) -> Faulty | None:

@@ -127,6 +127,7 @@ CASES = (
     Case(Cause.ACTUATOR_WORN, "actuator_worn_action", 21, lagging(ActuatorFault.SLOW, ActuatorFault.SLOW)),
     Case(Cause.PLANE_FAULT, "plane_action", 21, lagging(ActuatorFault.LAGGING, ActuatorFault.LAGGING)),
     Case(Cause.PLANE_FAULT, "plane_action", 21, lagging(ActuatorFault.JAMMED, ActuatorFault.LAGGING)),
+    Case(Cause.PLANE_FAULT, "plane_action", 21, lagging(ActuatorFault.SILENT, ActuatorFault.LAGGING)),
     Case(Cause.STICKS_LOST, "sticks_action", 1001, mode=Mode.MANUAL),
 )
 IDS = [f"{case.cause.name}-{i}" for i, case in enumerate(CASES)]

@@ -29,6 +29,14 @@ class ActuatorParams:
         doc="The slowest sound servo, of the rate that vehicle.toml permits; the propeller of safety.gate.n_rate.",
         mav="RATE",
     )
+    rate_needed: float = param(
+        3.5,
+        unit="deg/s",
+        low=0.0,
+        high=100.0,
+        doc="With fins that turn no faster than this the vehicle cannot be steered. Depth law and slower ones swing.",
+        mav="RATE_NEED",
+    )
     n_tolerance: float = param(
         100.0, unit="rpm", low=5.0, high=1000.0, doc="As tolerance, for the propeller.", mav="N_TOL"
     )

@@ -28,11 +28,14 @@ _RECOVERS, _RECOVERS_LOOSE = 2.0, 10.0
 """So long within the band, s, an actuator with a fault must have moved to be sound again."""
 _QUICK = 0.8
 """Share of the slowest sound rate that shows that a slow one is slow no more."""
-_LAGS = 10.0
-"""A slow fin that is beyond the band for so long, s, is too slow for the law that moves it."""
+_FAR = 3.0
+"""So many tolerances from where it is told to be, all of the last second, a fin turns as fast as it can."""
+_MEASURED = 13
+"""How fast it turns, so many of the newest reports tell: the others may be older than the latest command."""
 
 _Samples = tuple[float, ...]
 _SLOW = (ActuatorFault.SLOW, ActuatorFault.LAGGING)
+_MOVES = (ActuatorFault.NONE, ActuatorFault.SLOW, ActuatorFault.LOOSE)
 
 
 class FeedbackLimits(NamedTuple):
@@ -41,6 +44,7 @@ class FeedbackLimits(NamedTuple):
     Attributes:
         rate_max: highest rate of commands, by the second.
         rate_min: rate of the slowest sound actuator, by the second.
+        rate_needed: with less the vehicle cannot be steered, by the second; 0: there is no such.
         tolerance: how far beyond the band it may be.
         travel: its place at the end of its travel; infinite if there is none.
         latency: from a command to its report at most, s.
@@ -51,6 +55,7 @@ class FeedbackLimits(NamedTuple):
 
     rate_max: float
     rate_min: float
+    rate_needed: float
     tolerance: float
     travel: float
     latency: float
@@ -137,6 +142,8 @@ class FeedbackWatch:
             off, least, greatest, quick = max(was.off, 0.0) + PERIOD, value, value, False
             if off >= limits.time:
                 fault = self._named(fault, commands, reports, off)
+        if armed and fault in _MOVES and self._lags(commands, reports):
+            fault = ActuatorFault.LAGGING
         self._memory = FeedbackMemory(fault, t_heard, low, high, commands, reports, off, least, greatest, quick)
         return fault
 
@@ -173,10 +180,9 @@ class FeedbackWatch:
         if toward > stands and (fault is not ActuatorFault.JAMMED or min(steps) > 0.0):
             gaps = [a - b for a, b in zip(reports, asked, strict=True)]
             follows = max(gaps) - min(gaps) < _STANDS * (max(reports) - min(reports))
-            if loose or (follows and not limits.turns):
-                return ActuatorFault.LOOSE
-            lags = fault is ActuatorFault.LAGGING or (off >= _LAGS and not limits.turns)
-            return ActuatorFault.LAGGING if lags else ActuatorFault.SLOW
+            if fault in _SLOW:  # a command that moves as slowly as the fin makes it no loose one
+                return fault
+            return ActuatorFault.LOOSE if loose or (follows and not limits.turns) else ActuatorFault.SLOW
         if toward > stands or (loose and off < _RECOVERS):  # comes free; stands until the play is taken up
             return fault
         if limits.turns:
@@ -185,6 +191,17 @@ class FeedbackWatch:
         if fault is ActuatorFault.NONE and last < -stands and off < limits.time + _SETTLES:
             return fault
         return ActuatorFault.HARD_OVER if abs(value) > _END * limits.travel else ActuatorFault.JAMMED
+
+    def _lags(self, commands: _Samples, reports: _Samples) -> bool:
+        """Return whether an actuator turns as fast as it can, and that is less than is needed."""
+        limits = self._limits
+        if limits.rate_needed == 0.0 or min(len(commands), len(reports)) < _KEPT:
+            return False
+        side = math.copysign(1.0, commands[-1] - reports[-1])
+        if min([side * (a - b) for a, b in zip(commands, reports, strict=True)]) < _FAR * limits.tolerance:
+            return False
+        rate = side * (reports[-1] - reports[-_MEASURED]) / ((_MEASURED - 1) * PERIOD)
+        return _STANDS * limits.tolerance < rate < limits.rate_needed
 
     def _recovered(self, fault: ActuatorFault, off: float, moved: float, quick: bool) -> bool:
         """Return whether a faulty actuator, now within the band for -off s, showed that it is sound."""
@@ -195,4 +212,5 @@ class FeedbackWatch:
     def _is_quick(self, was: FeedbackMemory, value: float, t: float) -> bool:
         if not was.reports or not t > was.t_heard:
             return False
-        return abs(value - was.reports[-1]) >= _QUICK * self._limits.rate_min * (t - was.t_heard)
+        quick = max(_QUICK * self._limits.rate_min, self._limits.rate_needed)
+        return abs(value - was.reports[-1]) >= quick * (t - was.t_heard)

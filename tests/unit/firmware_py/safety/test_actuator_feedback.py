@@ -51,10 +51,10 @@ def test_a_fin_at_the_end_of_its_travel_is_hard_over(start: float) -> None:
     assert bench.health.fins[2] is ActuatorFault.HARD_OVER
 
 
-def test_a_servo_of_two_degrees_a_second_is_slow_and_recovers_when_it_is_quick_again() -> None:
+def test_a_servo_of_five_degrees_a_second_is_slow_and_recovers_when_it_is_quick_again() -> None:
     bench = Bench()
     bench.run(5.0)
-    bench.servos[0].rate = deg(2.0)
+    bench.servos[0].rate = deg(5.0)
     bench.run(8.0)
     assert [fault for _, fault in bench.fin()] == [ActuatorFault.SLOW]
     bench.servos[0].rate = deg(40.0)
@@ -68,26 +68,51 @@ def to_and_fro(t: float) -> float:
     return math.copysign(deg(15.0), math.sin(math.tau * t / 30.0))
 
 
-def test_a_slow_servo_that_is_behind_for_ten_seconds_is_too_slow_to_steer_with() -> None:
+@pytest.mark.parametrize("rate", [1.5, 2.0, 3.0])
+def test_a_servo_too_slow_to_steer_with_is_named_in_a_second_and_recovers_when_it_is_quick_again(rate: float) -> None:
     bench = Bench(told=to_and_fro)
     bench.run(5.0)
-    bench.servos[0].rate = deg(2.0)
-    bench.run(40.0)
-    (t, slow), (later, lags) = bench.fin()
-    assert (slow, lags) == (ActuatorFault.SLOW, ActuatorFault.LAGGING)
-    assert t - 15.0 <= 1.0  # when it is told to turn
-    assert later - 15.0 == pytest.approx(10.2, abs=0.3)
+    bench.servos[0].rate = deg(rate)
+    bench.run(60.0)
+    assert bench.health.fins[0] is ActuatorFault.LAGGING
+    assert min(t for t, fault in bench.fin() if fault is ActuatorFault.LAGGING) - 15.0 <= 1.1  # when it is told to turn
     bench.servos[0].rate = deg(40.0)
     bench.run(20.0)
     assert bench.health.fins[0] is NONE
 
 
-def test_a_servo_that_crosses_its_travel_within_ten_seconds_is_slow_and_no_more() -> None:
+@pytest.mark.parametrize("period", [12.0, 20.0, 25.0])
+def test_a_servo_too_slow_to_steer_with_is_so_too_where_it_keeps_pace_for_a_while(period: float) -> None:
+    """A command that moves as slowly as the fin looks like play; one that it crosses leaves it within the band."""
+    bench = Bench(told=lambda t: deg(15.0) * math.sin(math.tau * t / period))
+    bench.run(5.0)
+    bench.servos[0].rate = deg(2.0)
+    bench.run(120.0)
+    assert bench.health.fins[0] is ActuatorFault.LAGGING
+
+
+@pytest.mark.parametrize("rate", [4.5, 8.0, 16.0])
+def test_a_servo_that_is_slow_but_quick_enough_is_never_too_slow_to_steer_with(rate: float) -> None:
     bench = Bench(told=to_and_fro)
     bench.run(5.0)
-    bench.servos[0].rate = deg(5.0)
+    bench.servos[0].rate = deg(rate)
     bench.run(120.0)
-    assert [fault for _, fault in bench.fin()] == [ActuatorFault.SLOW]
+    assert {fault for _, fault in bench.fin()} <= {ActuatorFault.SLOW, NONE}
+
+
+def test_play_is_never_taken_for_a_servo_too_slow_to_steer_with() -> None:
+    bench = Bench(told=to_and_fro)
+    bench.run(5.0)
+    bench.servos[0].play = deg(5.0)
+    bench.run(120.0)
+    assert ActuatorFault.LAGGING not in {fault for _, fault in bench.fin()}
+
+
+@pytest.mark.parametrize("period", [0.6, 1.5, 4.0, 8.0])
+def test_a_sound_servo_under_commands_from_stop_to_stop_is_sound(period: float) -> None:
+    bench = Bench(told=lambda t: math.copysign(deg(23.0), math.sin(math.tau * t / period)))
+    assert bench.run(60.0).faultless
+    assert not bench.named
 
 
 @pytest.mark.parametrize("rate", [0.2, 0.4, 0.6, 0.8, 1.0, 1.2])
