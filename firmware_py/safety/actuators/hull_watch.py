@@ -255,6 +255,7 @@ class HullWatch:
             and known
             and steady
             and applied.armed
+            and n >= 0.0
             and u > _SPEED_MIN
             and state.depth_ok
             and state.eta.z > _DEPTH_MIN

@@ -46,10 +46,10 @@ class Yawing:
     """A hull that yaws under rudders that a pilot moves; `effect` is the share of what vehicle.toml says of them.
 
     It makes the speed `u`, and hears a DVL if that is `SPEED` and not `deaf`; the pilot moves the rudder to and fro in
-    `period`, s; `step` is what is added to the current across the hull, m/s.
+    `period`, s; the propeller makes `n`, rev/s; `step` is what is added to the current across the hull, m/s.
     """
 
-    deaf, period = False, 9.0
+    deaf, period, n = False, 9.0, 500.0 / 60.0
 
     def __init__(self, effect: float, adopted: Adopted | None, u: float = U) -> None:
         self.u, self.current = u, 0.0
@@ -78,7 +78,7 @@ class Yawing:
                 frame, water = dataclasses.replace(frame, dvl=ping), (STILL,)
             nu, eta = Nu(SPEED, over_ground, 0.0, 0.0, 0.0, self.r), Eta(0.0, 0.0, 10.0, 0.0, 0.0, 0.0)
             state = StateEstimate(eta, nu, 0.0, 0.0, 0.0, 30.0, True, True, True, False)
-            applied = Applied((0.0, 0.0, rudder, rudder), 500.0 / 60.0, True, False)
+            applied = Applied((0.0, 0.0, rudder, rudder), self.n, True, False)
             self.watch.update(Tick(self.k, DT_NS), frame, applied, state, water, self.adopted)
             self.k += 1
         return self.watch.fault(UPPER)
@@ -129,6 +129,14 @@ def test_an_axis_is_judged_by_what_held_as_soon_as_that_is_proven_whatever_is_kn
         assert hull.run(30.0) is NONE
         hull.effect = 0.3
         assert hull.run(5.0) is named
+
+
+def test_rudders_are_not_judged_in_the_race_of_a_propeller_that_goes_astern() -> None:
+    """Reverse takes the way off within seconds, sooner than a model of the speed may follow; sound rudders were lost."""
+    hull = Yawing(1.0, knowing(1.0), SPEED)
+    assert hull.run(60.0) is NONE
+    hull.effect, hull.n = 0.0, -700.0 / 60.0
+    assert hull.run(8.0) is NONE
 
 
 def test_memory_holds_what_fins_are_judged_by() -> None:
