@@ -15,6 +15,9 @@ _NOISY, _NOISY_MOST, _SMOOTH, _RUN = 10.0, 40.0, 0.05, 25
 """Noise reverses two of three changes from value to value, in a steep dive one of eight, or none. Each reversal counts
 1, up to _NOISY_MOST, each other change takes _SMOOTH away, up to _RUN of them in a row: a long dive says no more than a
 short one. Above _NOISY the sensor has noise. One that has none repeats its value where it rests."""
+_REPEAT = 3.0
+"""Each repeat of a value takes so much of that away, once it has changed again: a sensor whose steps are wider than its
+noise reverses its changes as well, and repeats itself by nature. One whose repeats are given longer is left out."""
 _EXACT = 2.5
 """Whether it has noise or not: one that repeats itself for so long, s, while others show that it moves, is frozen."""
 _OUTLIERS, _FORGOTTEN = 4.0, 5.0
@@ -103,6 +106,8 @@ class SourceWatch:
         value = heard.value
         if value != memory.value:
             if memory.value is not None:
+                if memory.repeats and self._frozen < _EXACT:
+                    memory.noisy = max(0.0, memory.noisy - _REPEAT * memory.repeats)
                 channel = self._channel
                 change = value - memory.value if channel is None else value[channel] - memory.value[channel]
                 if change * memory.change < 0.0:

@@ -80,6 +80,15 @@ def test_a_pressure_that_freezes_late_in_a_steep_dive_is_named_in_half_a_second(
     assert t - late <= 0.5
 
 
+@pytest.mark.parametrize(("step", "noise"), [(98.07, 0.4), (20.0, 0.1), (10.0, 0.04)])
+def test_a_pressure_whose_steps_are_wider_than_its_noise_is_not_frozen(step: float, noise: float) -> None:
+    """Toggling between two steps looks like noise; a centimetre of water is 98 Pa. `noise` is of 50 Pa."""
+    for speed in (0.0, SPEED):
+        rounded = {"pressure": lambda _, value: round(value / step) * step}
+        changes = named(voyage(120.0, rounded, noise=noise, speed=speed))
+        assert all(health.fault is not F.FROZEN for _, _, health in changes)
+
+
 def test_a_sensor_without_noise_may_repeat_its_value_after_it_has_heaved() -> None:
     """A noiseless pressure in a swell of 6 s, which reverses its changes as noise does, but seldom, and then rests."""
 
