@@ -132,7 +132,7 @@ def test_an_axis_is_judged_by_what_held_as_soon_as_that_is_proven_whatever_is_kn
 
 
 def test_rudders_are_not_judged_in_the_race_of_a_propeller_that_goes_astern() -> None:
-    """Reverse takes the way off within seconds, sooner than a model of the speed may follow; sound rudders were lost."""
+    """Reverse takes the way off sooner than a modelled speed may follow: sound rudders were called lost."""
     hull = Yawing(1.0, knowing(1.0), SPEED)
     assert hull.run(60.0) is NONE
     hull.effect, hull.n = 0.0, -700.0 / 60.0
