@@ -5,8 +5,8 @@
 - **Propeller and pitch** make a vertical velocity likely; the one that left it is wrong. Heave, eddies, and what u is
   off by, are a metre or two in 5 s.
 - **Hull**: it heaves little. If D is wrong, the DVL is, when w explains what D is off by; and the pitch is, when the
-  heave that would explain it is more than a hull has, and w shows none. That the gyros agree with the pitch proves
-  nothing: both come from one AHRS.
+  heave that would explain it is more than a hull has, and w shows none; but it is the DVL's u, where propeller and the
+  same pitch explain the depth. That the gyros agree with the pitch proves nothing: both come from one AHRS.
 
 Where none of them tells, the deeper one is the safer.
 """
@@ -68,6 +68,7 @@ class Entry(NamedTuple):
         heave: the part of it that sway and heave make, m.
         model: depth that propeller and pitch alone carry, m.
         vague: time for which these could not tell, s.
+        hull: depth that thrust, drag and pitch carry, m; where these tell nothing, as raw.
         t: the time, s.
     """
 
@@ -80,6 +81,7 @@ class Entry(NamedTuple):
     heave: float
     model: float
     vague: float
+    hull: float
     t: float
 
 
@@ -160,8 +162,14 @@ def dvl_or_pitch(now: Entry, history: Sequence[Entry], since: float) -> Accused:
         if explained and (entries > _SECOND or abs(implied - by_dvl) > _SUDDEN * _went_apart(now, history)):
             return Accused.DVL
         if entries > _SECOND and abs(implied) > limit and abs(by_dvl) < _CLEAR * abs(implied):
-            return Accused.PITCH
+            return Accused.DVL if _modelled(now, then) else Accused.PITCH
     return Accused.CARRIED
+
+
+def _modelled(now: Entry, then: Entry) -> bool:
+    """Return whether thrust and pitch explain the depth: then the pitch is right, and the DVL's u is wrong."""
+    depth = now.depth - then.depth
+    return abs(depth - (now.hull - then.hull)) < _CLEAR * abs(depth - (now.raw - then.raw))
 
 
 def _went_apart(now: Entry, history: Sequence[Entry]) -> float:

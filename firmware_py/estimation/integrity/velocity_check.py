@@ -37,6 +37,7 @@ the vehicle turns, it sees other velocities than the navigation."""
 class VelocityCheckMemory:
     """The last ping that was believed, the likely speed (m/s), and whether thrust and drag tell it.
 
+    `driven` is the speed that thrust and drag alone make, in whatever current, m/s; NaN: the propeller has not driven.
     `turning` is the square of the greatest rate of turn since then, rad^2/s^2; `current` what `CurrentCheck` remembers.
     """
 
@@ -45,6 +46,7 @@ class VelocityCheckMemory:
     v: float = 0.0
     w: float = 0.0
     likely: float = 0.0
+    driven: float = math.nan
     holds: bool = False
     measured: bool = False
     turning: float = 0.0
@@ -69,6 +71,12 @@ class VelocityCheck:
         pull, likely = n * self._ratio, memory.likely
         memory.holds = pull >= _DRIVEN and not dropped
         memory.likely = likely + dt * self._drag * (pull * abs(pull) - likely * abs(likely))
+        if not memory.holds:
+            memory.driven = math.nan
+        elif memory.driven == memory.driven:
+            memory.driven += dt * self._drag * (pull * abs(pull) - memory.driven * abs(memory.driven))
+        else:
+            memory.driven = pull
 
     def turn(self, p: float, q: float, r: float) -> None:
         """Take note of body rates, rad/s."""

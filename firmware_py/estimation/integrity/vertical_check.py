@@ -61,12 +61,13 @@ class VerticalCheck:
         self._blind_limits = (params.depth_blind_20s, params.depth_blind_60s)
         self.memory = VerticalCheckMemory()
 
-    def carry_raw(self, t: float, dt: float, raw: float, heave: float, pinged: bool) -> None:
+    def carry_raw(self, t: float, dt: float, raw: float, heave: float, hull: float, pinged: bool) -> None:
         """Carry on by dt, s, at `raw` m/s what DVL and pitch say, believed or not, with the part that `heave` is.
 
-        Not `pinged`: they say nothing.
+        Not `pinged`: they say nothing. At `hull` m/s goes what thrust, drag and pitch say.
         """
         memory = self.memory
+        memory.hull += hull * dt
         memory.raw += raw * dt
         memory.heave += heave * dt
         if not pinged:
@@ -165,7 +166,7 @@ class VerticalCheck:
 
     def _entry(self, t: float, depth: float, altitude: float) -> Entry:
         m = self.memory
-        return Entry(m.residual, m.carried, altitude, m.blind, depth, m.raw, m.heave, m.model, m.vague, t)
+        return Entry(m.residual, m.carried, altitude, m.blind, depth, m.raw, m.heave, m.model, m.vague, m.hull, t)
 
     def _near_surface(self, then: Entry | None, held: int, now: Entry, exact: bool) -> Accused:
         """Return who is accused where the hull sank since `then` without the pressure, for `held` readings by now."""

@@ -23,6 +23,7 @@ class VerticalCheckMemory:
     carried: float = 0.0
     raw: float = 0.0
     heave: float = 0.0
+    hull: float = 0.0
     began: float = -math.inf
     t_raw: float = -math.inf
     t_pinged: float = -math.inf

@@ -258,3 +258,11 @@ def test_a_fix_that_is_silent_under_water_is_no_fault_but_is_near_the_surface() 
     assert not named(voyage(15.0, change=cut))
     changes = named(voyage(15.0, change=cut, start=2.0, dive=(90.0, 95.0)))
     assert [(name, health) for _, name, health in changes] == [("fix", (LOST, F.SILENT))]
+
+
+@pytest.mark.parametrize("off", [-1.5, -1.4])
+def test_a_dvl_whose_speed_is_wrong_from_the_start_does_not_convict_the_pitch(off: float) -> None:
+    """It looks like a current until the first dive, and carries no depth then; propeller and pitch explain it."""
+    seen = named(voyage(90.0, {"dvl": lambda _, said: said._replace(u=said.u + off)}, dive=(50.0, 85.0)))
+    assert ("dvl", F.DRIFT) in {(sensor, health.fault) for _, sensor, health in seen}
+    assert ("ahrs", F.CONTRADICTED) not in {(sensor, health.fault) for _, sensor, health in seen}
