@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import gymnasium
 import numpy as np
 import pytest
@@ -72,3 +75,72 @@ def test_what_is_wrong_is_said() -> None:
         DepthHeadingEnv(rate=7)
     with pytest.raises(UsageError, match="depth: known: z, z_d, psi_d, u_d"):
         DepthHeadingEnv().reset(options={"depth": 3.0})
+
+
+@pytest.mark.parametrize(
+    "action",
+    [
+        [math.nan, 0.0, 0.0],
+        [0.0, math.inf, 0.0],
+        [0.0, 0.0],
+        [[0.0, 0.0, 0.0]],
+        [[0.0], [0.0, 0.0]],
+        np.zeros((3, 4)),
+        0.5,
+        ["0", "0", "0"],
+        [1j, 0.0, 0.0],
+        [True, False, True],
+        [10**400, 0, 0],
+        None,
+    ],
+)
+def test_an_action_that_is_none_is_refused_in_one_line_and_changes_nothing(env: DepthHeadingEnv, action: Any) -> None:
+    env.reset(seed=1)
+    before = env.plant.eta, env.plant.nu
+    with pytest.raises(UsageError, match=r"^action = .*: must be three finite numbers, each in \[-1, 1\]$"):
+        env.step(action)
+    assert (env.plant.eta, env.plant.nu) == before
+
+
+def test_an_action_beyond_its_bounds_is_clipped_whatever_its_type(env: DepthHeadingEnv) -> None:
+    def flown(action: Any) -> bytes:
+        env.reset(seed=1)
+        return env.step(action)[0].tobytes()
+
+    assert flown([1e300, -2, 0]) == flown(np.array([1, -1, 0])) == flown(np.array([1.0, -1.0, 0.0], dtype=np.float32))
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"rate": 10.5}, r"^rate = 10\.5: must divide 100"),
+        ({"duration": math.nan}, "^duration = nan: must be a finite number$"),
+        ({"duration": 0}, "^duration = 0: must be above 0 s$"),
+        ({"depth_max": -3.0}, "^depth_max = -3: must be above 0 m$"),
+        ({"depth_max": "deep"}, "^depth_max = 'deep': must be a finite number$"),
+    ],
+)
+def test_an_environment_that_cannot_be_is_refused_in_one_line(asked: dict[str, Any], said: str) -> None:
+    with pytest.raises(UsageError, match=said):
+        DepthHeadingEnv(**asked)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"psi_d": math.nan}, "^options: psi_d = nan: must be a finite number$"),
+        ({"u_d": "fast"}, "^options: u_d = 'fast': must be a finite number$"),
+        ({"z": -1.0}, r"^options: z = -1: must be in \[0, 30\] m$"),
+        ({"z_d": 31.0}, r"^options: z_d = 31: must be in \[0, 30\] m$"),
+    ],
+)
+def test_an_option_that_cannot_be_is_refused_in_one_line(
+    env: DepthHeadingEnv, options: dict[str, Any], said: str
+) -> None:
+    with pytest.raises(UsageError, match=said):
+        env.reset(options=options)
+
+
+def test_a_step_before_the_first_episode_is_refused() -> None:
+    with pytest.raises(UsageError, match="call reset first"):
+        DepthHeadingEnv().step(np.zeros(3, dtype=np.float32))

@@ -18,6 +18,7 @@ except ImportError:
     raise UsageError("an environment needs gymnasium: pip install 'sternplane[gym]'") from None
 
 from firmware_py.allocation import Allocator
+from firmware_py.error_text import one_line, quoted
 from firmware_py.marine import Eta, Nu, clip, wrap
 from firmware_py.records.command import Demand
 from sternplane.library.kernels import ready
@@ -75,8 +76,9 @@ class DepthHeadingEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         Raises:
             ParamError, UsageError: in one line, what is wrong.
         """
-        if rate < 1 or 100 % rate:
-            raise UsageError(f"rate = {rate}: must divide 100, the plant's steps a second")
+        if not isinstance(rate, int) or rate < 1 or 100 % rate:
+            raise UsageError(f"rate = {quoted(rate)}: must divide 100, the plant's steps a second")
+        duration, depth_max = _positive("duration", duration, "s"), _positive("depth_max", depth_max, "m")
         ready()
         from sternplane.sitl.request import read_scenario
 
@@ -89,6 +91,7 @@ class DepthHeadingEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self._trim = vehicle.propeller.u_trim
         self._steps, self._dt = 100 // rate, 1.0 / rate
         self._last_step, self._depth_max = round(duration * rate), depth_max
+        self._goal: dict[str, float] = {}
         self.observation_space = gymnasium.spaces.Box(-_BOUNDS, _BOUNDS)
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (3,))
 
@@ -98,6 +101,9 @@ class DepthHeadingEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         """Begin an episode; `options` may give the goals "z_d" (m), "psi_d" (rad), "u_d" (m/s), and the depth "z" (m).
 
         Return the observation, and the depth and goals by these names.
+
+        Raises:
+            UsageError: an option that there is not, or no depth or number that it could be.
         """
         super().reset(seed=seed)
         from sim_bridge.plant.environment import Environment
@@ -113,7 +119,11 @@ class DepthHeadingEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         given = dict(options or {})
         if unknown := given.keys() - drawn.keys():
             raise UsageError(f"options: {', '.join(sorted(unknown))}: known: {', '.join(drawn)}")
-        self._goal = drawn | {name: float(value) for name, value in given.items()}
+        given = {name: _finite(f"options: {name}", value) for name, value in given.items()}
+        for name in given.keys() & {"z", "z_d"}:
+            if not 0.0 <= given[name] <= self._depth_max:
+                raise UsageError(f"options: {name} = {given[name]:g}: must be in [0, {self._depth_max:g}] m")
+        self._goal = drawn | given
         water = Environment(self._water, int(self.np_random.integers(2**31)), 0.01)
         start = Eta(0.0, 0.0, self._goal["z"], 0.0, 0.0, 0.0), Nu(self._goal["u_d"], 0.0, 0.0, 0.0, 0.0, 0.0)
         truth, (_, _, n_max) = self._configuration.truth, self._greatest
@@ -123,8 +133,14 @@ class DepthHeadingEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         return self._observe(), dict(self._goal)
 
     def step(self, action: npt.NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Hold an action for 1 / rate s; return observation, reward, terminated, truncated, and the goals."""
-        self._action = np.clip(np.asarray(action, dtype=np.float32), -1.0, 1.0)
+        """Hold an action for 1 / rate s; return observation, reward, terminated, truncated, and the goals.
+
+        Raises:
+            UsageError: the action is not three finite numbers, or there was no `reset`.
+        """
+        if not self._goal:
+            raise UsageError("step: there is no episode yet; call reset first")
+        self._action = _shares(action)
         delta_s, delta_r, n = (float(share) * most for share, most in zip(self._action, self._greatest, strict=True))
         command = self._allocator.allocate(Demand(delta_s, delta_r, n, 0.0, 0.0))
         for _ in range(self._steps):
@@ -141,6 +157,35 @@ class DepthHeadingEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         off = eta.z - goal["z_d"], wrap(eta.psi - goal["psi_d"]), nu.u - goal["u_d"]
         state = np.array([*off, eta.phi, eta.theta, *nu, *self._action], dtype=np.float32)
         return np.clip(state, -_BOUNDS, _BOUNDS)
+
+
+def _shares(action: Any) -> npt.NDArray[np.float32]:
+    """Return an action as it is flown; a fin told NaN would leave the vehicle's state NaN for good."""
+    try:
+        given = np.asarray(action)
+    except ValueError:  # lists of different lengths
+        given = np.empty(0)
+    if given.shape != (3,) or given.dtype.kind not in "iuf" or not np.isfinite(given).all():
+        raise UsageError(f"action = {one_line(quoted(action))}: must be three finite numbers, each in [-1, 1]")
+    shares: npt.NDArray[np.float32] = np.clip(given, -1.0, 1.0).astype(np.float32)
+    return shares
+
+
+def _finite(name: str, value: Any) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError, OverflowError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise UsageError(f"{name} = {one_line(quoted(value))}: must be a finite number")
+    return number
+
+
+def _positive(name: str, value: Any, unit: str) -> float:
+    number = _finite(name, value)
+    if number <= 0.0:
+        raise UsageError(f"{name} = {number:g}: must be above 0 {unit}")
+    return number
 
 
 gymnasium.register("Sternplane/DepthHeading-v0", entry_point="sternplane.library.environment:DepthHeadingEnv")
