@@ -271,14 +271,20 @@ def test_parquet_without_its_library_is_refused_with_the_remedy(
     assert capsys.readouterr().err == said
 
 
-@pytest.mark.parametrize("out", ["/nowhere/at/all.csv", "LOG"])
-def test_what_cannot_be_written_is_said_in_one_line(log: Log, out: str, capsys: pytest.CaptureFixture[str]) -> None:
-    before = log.path.read_bytes()
-    out = str(log.path) if out == "LOG" else out
-    assert main.main(["export", str(log.path), "--format", "csv", "--out", out]) == 2
+@pytest.mark.parametrize("form", ["csv", "rosbag2"])
+@pytest.mark.parametrize("out", ["/nowhere/at/all", "LOG", "LOG/x", "x" * 255, "x" * 300, "x/" * 2500, "loop/x"])
+def test_what_cannot_be_written_is_said_in_one_line(
+    log: Log, out: str, form: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "loop").symlink_to("loop")
+    before, out = log.path.read_bytes(), out.replace("LOG", str(log.path))
+    assert main.main(["export", str(log.path), "--format", form, "--out", out]) == 2
     said = capsys.readouterr().err
-    assert said.startswith(f"sternplane: --out {out}: ")
+    assert said.startswith(f"sternplane: --out {out[:150]}")
+    assert said.endswith(("; choose another file\n", "; choose another folder\n"))
     assert said.count("\n") == 1
+    assert [one.name for one in tmp_path.iterdir()] == ["loop"]
     assert log.path.read_bytes() == before
 
 

@@ -39,7 +39,7 @@ def command(options: argparse.Namespace) -> int:
     path = find(options.log)
     log = stream(path)
     out = options.out or path.with_name(f"{path.stem}{_ENDINGS[options.format]}")
-    if out.exists() and out.samefile(path):
+    if os.path.exists(out) and os.path.samefile(out, path):  # those of a Path raise where no file can be
         raise UsageError(f"--out {out}: is the log itself; choose another file")
     total = log.count
     console = Console(stderr=True)
@@ -81,7 +81,7 @@ def _file_to_replace(out: Path) -> Path:
     """Return the file itself, or the regular file that it is a link to: devices, FIFOs and links are not replaced."""
     if os.path.lexists(out) and not out.is_file():
         raise UsageError(f"--out {out}: is not a regular file; choose another file")
-    return out.resolve()
+    return Path(os.path.realpath(out))
 
 
 def _folder_to_replace(out: Path) -> Path:
@@ -90,7 +90,7 @@ def _folder_to_replace(out: Path) -> Path:
         ours = {mcap_export.METADATA_FILE, mcap_export.BAG_FILE.format(out.name)}
         if not out.is_dir() or not {one.name for one in out.iterdir()} <= ours:
             raise UsageError(f"--out {out}: is there, and is not an earlier bag; choose another folder")
-    return out.resolve()
+    return Path(os.path.realpath(out))
 
 
 @contextlib.contextmanager
