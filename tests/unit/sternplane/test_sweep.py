@@ -45,10 +45,17 @@ def test_what_is_relative_is_so_to_what_flies(demo) -> None:
         ("vehicle.M_q", "write KEY=VALUES"),
         ("vehicle.Mq=±20%", r"did you mean vehicle.coefficients.M_q\?"),
         ("vehicle.K_prop=±20%", "is 0 as it stands, so that nothing varies"),
-        ("autopilot.control.law=±20%", "is no number but sliding"),
+        ("autopilot.control.law=±20%", "is no number but 'sliding'"),
         ("truth.current=0.3..0", "LOW below HIGH"),
         ("truth.current=log:0..0.3", "above 0 behind log:"),
         ("truth.current=0.3", "one value does not vary"),
+        ("truth.current=0.3,0.3", "one value does not vary"),
+        ("truth.current=nan..1", "one value does not vary"),
+        ("truth.current=0..1e999", "LOW below HIGH"),
+        ("truth.current=0.2..0.2", "LOW below HIGH"),
+        ("vehicle.M_q=±0%", "nothing varies"),
+        ("vehicle.M_q=±1e999%", "beyond every number"),
+        ("vehicle.M_q=±nan%", "one value does not vary"),
     ],
 )
 def test_what_cannot_be_varied_is_told(text: str, said: str, demo) -> None:

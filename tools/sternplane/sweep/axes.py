@@ -7,7 +7,7 @@ import re
 import tomllib
 from typing import Any, NamedTuple
 
-from firmware_py.error_text import shortened
+from firmware_py.error_text import quoted, shortened
 from firmware_py.params import ParamError
 from firmware_py.settings import setting_text, value_at
 from sternplane.sitl.flight import Flight
@@ -84,28 +84,31 @@ def parse_axis(text: str, flight: Flight) -> Axis:
     Raises:
         ParamError: not of that form, an unknown key, or nothing to vary.
     """
+    shown = shortened(text)
     key, equals, values = (part.strip() for part in text.partition("="))
     if not equals or not values:
-        raise ParamError(f"--vary {shortened(text)}: write {FORM}")
+        raise ParamError(f"--vary {shown}: write {FORM}")
     if around := _AROUND.fullmatch(values):
         key, now = _nominal(key, "0.0", flight)
         if isinstance(now, bool) or not isinstance(now, int | float):
-            raise ParamError(f"--vary {key}: is no number but {now}; write values, such as a,b,c")
+            raise ParamError(f"--vary {key}: is no number but {quoted(now)}; write values, such as a,b,c")
         off = abs(float(around[1]) * (0.01 * now if around[2] else 1.0))
         if not off:
             raise ParamError(
-                f"--vary {text}: is {now:g} as it stands, so that nothing varies; write ±VALUE or LOW..HIGH"
+                f"--vary {shown}: is {now:g} as it stands, so that nothing varies; write ±VALUE or LOW..HIGH"
             )
+        if not math.isfinite(off):
+            raise ParamError(f"--vary {shown}: is beyond every number; write a smaller one")
         return Axis(key, now - off, now + off, whole=isinstance(now, int))
     if span := _RANGE.fullmatch(values):
         key, now = _nominal(key, span[2], flight)
         low, high = float(span[2]), float(span[3])
-        if not low < high or (span[1] and low <= 0.0):
-            raise ParamError(f"--vary {text}: write LOW..HIGH with LOW below HIGH, and above 0 behind log:")
+        if not low < high < math.inf or (span[1] and low <= 0.0):
+            raise ParamError(f"--vary {shown}: write LOW..HIGH with LOW below HIGH, and above 0 behind log:")
         return Axis(key, low, high, log=bool(span[1]), whole=isinstance(now, int) and not isinstance(now, bool))
     choices = _choices(values)
     if len(choices) < 2:
-        raise ParamError(f"--vary {text}: one value does not vary; write {FORM}, or give it to --set")
+        raise ParamError(f"--vary {shown}: one value does not vary; write {FORM}, or give it to --set")
     key, _ = _nominal(key, setting_text("", choices[0])[1:], flight)
     return Axis(key, choices=choices)
 
