@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from firmware_py.error_text import quoted
 from firmware_py.run import options as vehicle
+from sternplane.cli.plain_errors import whole_number
 
 Lazily: TypeAlias = Callable[..., Callable[[argparse.Namespace], int]]
 """Returns a sub-command that is imported when it runs, of a module; `kernels` are those that it needs compiled."""
@@ -156,7 +159,7 @@ def _add_serial(commands: Any, lazily: Lazily) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     sniff.add_argument("port", nargs="?", metavar="PORT", help="such as /dev/ttyUSB0 [list the ports]")
-    sniff.add_argument("--baud", type=int, metavar="N", help="this one alone [the usual ones]")
+    sniff.add_argument("--baud", type=whole_number, metavar="N", help="this one alone [the usual ones]")
     _add_seconds(sniff, 2.5, "how long to listen at each baud rate")
     _add_json(sniff)
     sniff.set_defaults(run=lazily("sternplane.hardware.serial_sniff", kernels=()))
@@ -205,6 +208,6 @@ def _number(low: float, high: float) -> Callable[[str], float]:
 
 
 def _node(text: str) -> int:
-    if not text.isdecimal() or not 1 <= int(text) <= 127:
-        raise argparse.ArgumentTypeError(f"{text!r} is no node id; must be in [1, 127]")
+    if not re.fullmatch("[0-9]{1,3}", text) or not 1 <= int(text) <= 127:
+        raise argparse.ArgumentTypeError(f"{quoted(text)} is no node id; must be in [1, 127]")
     return int(text)

@@ -12,12 +12,13 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from firmware_py.run import options as vehicle
-from firmware_py.run.command_line import Parser, add_version, status_of
+from firmware_py.run.command_line import add_version, status_of
 from sim_bridge.faults.catalogue import FORM, help_text
 from sternplane.cli.early_checks import refuse_early
 from sternplane.cli.extras import require_report
 from sternplane.cli.hardware_commands import add_hardware
 from sternplane.cli.log_commands import add_logs
+from sternplane.cli.plain_errors import PlainParser, whole_number, with_plain_errors
 from sternplane.cli.sweep_command import add_sweep
 from sternplane.cli.vehicle_commands import add_vehicle_commands
 
@@ -28,12 +29,12 @@ _FILES = "vehicle, autopilot, truth, sensors, io or scenario (truth.current: of 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Parse the command line and run one sub-command; every error of the user's is one line."""
     options = parser().parse_args(arguments)
-    return status_of(lambda: options.run(options))
+    return status_of(lambda: with_plain_errors(lambda: options.run(options)))
 
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line: every option with what it is for."""
-    top = Parser(
+    top = PlainParser(
         prog="sternplane", description="A fixed-rate autopilot for fin-controlled AUVs, and the sea to try it in."
     )
     add_version(top)
@@ -231,7 +232,8 @@ def parser() -> argparse.ArgumentParser:
 
 
 def _add_seed(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--seed", type=int, default=1, metavar="N", help="of noise, bias, dropout and turbulence [1]")
+    seeded = "of noise, bias, dropout and turbulence [1]"
+    command.add_argument("--seed", type=whole_number, default=1, metavar="N", help=seeded)
 
 
 def _add_fault(command: argparse.ArgumentParser, aboard: bool = True) -> None:

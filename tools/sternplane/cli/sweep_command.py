@@ -8,6 +8,7 @@ from typing import Any
 
 from firmware_py.run import options as vehicle
 from sternplane.cli.hardware_commands import Lazily
+from sternplane.cli.plain_errors import whole_number
 
 _VALUES = "VALUES: ±20% (or +-20%) and ±0.1 about what flies otherwise, 0..0.3, log:0.01..1, or a,b,c"
 
@@ -43,19 +44,27 @@ def add_sweep(commands: Any, lazily: Lazily, files: str) -> None:
         help="keys as for --set; may be repeated; see below",
     )
     sweep.add_argument("--law", metavar="A,B", help="each sample flies with each of these laws [the configured one]")
-    sweep.add_argument("--n", type=int, metavar="N", help="samples, as a Latin hypercube [100]")
-    sweep.add_argument("--grid", type=int, metavar="N", help="every combination of N values of each range instead")
-    sweep.add_argument("--seed", type=int, metavar="N", help="of the samples; sample k flies with seed N + k [1]")
+    sweep.add_argument("--n", type=whole_number, metavar="N", help="samples, as a Latin hypercube [100]")
+    sweep.add_argument(
+        "--grid", type=whole_number, metavar="N", help="every combination of N values of each range instead"
+    )
+    sweep.add_argument(
+        "--seed", type=whole_number, metavar="N", help="of the samples; sample k flies with seed N + k [1]"
+    )
     sweep.add_argument("--seeds", metavar="A:B", help="each sample flies with each of the seeds A to B - 1 instead")
     sweep.add_argument("--fault", action="append", default=[], metavar="FAULT", help="as for sitl; may be repeated")
     sweep.add_argument("--out", type=Path, metavar="DIR", help="where it is left, and goes on [runs/<stamp>]")
-    sweep.add_argument("--jobs", type=int, metavar="N", help="processes [one for each processor]")
+    sweep.add_argument("--jobs", type=whole_number, metavar="N", help="processes [one for each processor]")
     sweep.add_argument(
         "--dask", metavar="ADDRESS", help="a Dask cluster's scheduler instead, such as tcp://10.0.0.1:8786"
     )
-    sweep.add_argument("--worst", type=int, default=5, metavar="N", help="so many of the worst leave their logs [5]")
+    sweep.add_argument(
+        "--worst", type=whole_number, default=5, metavar="N", help="so many of the worst leave their logs [5]"
+    )
     sweep.add_argument("--judge", metavar="COLUMN", help="what the worst are judged by, the greater the worse")
     sweep.add_argument("--keep-logs", action="store_true", help="every flight leaves its log in DIR/logs")
-    sweep.add_argument("--again", type=int, metavar="N", help="fly flight N of DIR again, as `sternplane sitl` would")
+    sweep.add_argument(
+        "--again", type=whole_number, metavar="N", help="fly flight N of DIR again, as `sternplane sitl` would"
+    )
     sweep.add_argument("--no-report", action="store_true", help="leave the table, and no report.html")
     sweep.set_defaults(run=lazily("sternplane.sweep.command"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -75,7 +76,7 @@ def _named(word: str) -> tuple[str, Path]:
 
 def _short_names(paths: Sequence[Path]) -> list[str]:
     """Return the ends of paths, as long as it takes for each to be another one."""
-    parts = [[one for one in path.resolve().parts if one != "log.mcap"] for path in paths]
+    parts = [[one for one in Path(os.path.realpath(path)).parts if one != "log.mcap"] for path in paths]
     for length in range(1, max(map(len, parts)) + 1):
         names = ["/".join(one[-length:]) for one in parts]
         if len(set(names)) == len(names):
