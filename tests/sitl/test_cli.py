@@ -129,7 +129,19 @@ def test_a_bad_configuration_is_one_line_with_file_and_key(
         (("--scenario", "slow.toml"), ("sensors.toml: pressure.rate_hz = 1: safety.depth_timeout_s = 0.5 in ",)),
         (
             ("--scenario", "law.toml"),
-            ("control.law = fuzzy: no installed package", "known here: pid, sliding"),
+            ("under [autopilot] of law.toml: control.law = fuzzy: no installed package", "known here: pid, sliding"),
+        ),
+        (
+            ("--scenario", "law.toml", "--set", "autopilot.guidance.law=straight"),
+            ("autopilot.toml under [autopilot] of law.toml with autopilot.guidance.law set: ",),
+        ),
+        (
+            ("--set", "autopilot.control.law=fuzzy", "--set", "truth.current=0.1"),
+            ("autopilot.toml with autopilot.control.law set: control.law = fuzzy: no installed package",),
+        ),
+        (
+            ("--set", "autopilot.control.own.k=3"),
+            ("autopilot.toml with autopilot.control.own.k set: control.own: control.law names no part",),
         ),
         (("--config", "nowhere"), ("nowhere", "configs/npsauv2")),
         (("--seed", "-1"), ("--seed -1",)),

@@ -44,6 +44,7 @@ from sim_bridge.scripted_operator import ScriptedOperator
 from sternplane.sitl import plausibility
 from sternplane.sitl.aboard_faults import AboardFaults
 from sternplane.sitl.lines import opened
+from sternplane.sitl.own_choices import refuse_missing_parts
 from sternplane.sitl.request import CONFIG as CONFIG
 from sternplane.sitl.request import SCENARIOS as SCENARIOS
 from sternplane.sitl.request import FlightRequest as FlightRequest
@@ -164,6 +165,7 @@ def prepare(request: FlightRequest, kept: Mapping[str, Any]) -> Flight:
         },
         request.state,
     )
+    refuse_missing_parts(configuration, over, settings, scenario_place(request))
     autopilot, truth = app.build(configuration), read_truth(request)
     believed = len(autopilot.applied.fins)
     refuse_other_fins(truth, str(request.config / "truth.toml"), believed, configuration["files"]["vehicle"])
