@@ -256,6 +256,11 @@ def test_what_is_no_fault_of_a_flight_ends_the_sweep(here: Path, monkeypatch: py
         (("--vary", "truth.current=0..1", "--seed", "9" * 20), f"--seed {'9' * 20}: seeds must stay below 2^63"),
         (("--vary", "truth.current=0..1", "--n", "3", "--seed", str(2**63 - 2)), "seeds must stay below 2^63"),
         (("--vary", "truth.current=0..1", "--seeds", f"{2**63 - 1}:{2**63 + 1}"), "seeds must stay below 2^63"),
+        (
+            ("--vary", "truth.current=0..1", "--dask", "tcp://127.0.0.1:1", "--keep-logs"),
+            "--keep-logs: what a cluster flies leaves its logs nowhere; leave it away: the worst (--worst N) leave",
+        ),
+        (("--vary", "truth.current=0..1", "--dask", "tcp://127.0.0.1:1", "--jobs", "2"), "--jobs: a cluster has"),
         (("--again", "3", "--out", "nowhere"), "is --out the folder of a sweep?"),
     ],
 )

@@ -62,7 +62,9 @@ def add_sweep(commands: Any, lazily: Lazily, files: str) -> None:
         "--worst", type=whole_number, default=5, metavar="N", help="so many of the worst leave their logs [5]"
     )
     sweep.add_argument("--judge", metavar="COLUMN", help="what the worst are judged by, the greater the worse")
-    sweep.add_argument("--keep-logs", action="store_true", help="every flight leaves its log in DIR/logs")
+    sweep.add_argument(
+        "--keep-logs", action="store_true", help="every flight leaves its log in DIR/logs; not with --dask"
+    )
     sweep.add_argument(
         "--again", type=whole_number, metavar="N", help="fly flight N of DIR again, as `sternplane sitl` would"
     )

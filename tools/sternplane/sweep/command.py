@@ -42,8 +42,7 @@ def command(options: argparse.Namespace) -> int:
     console = Console(stderr=True, highlight=False, soft_wrap=True)
     if options.again is not None:
         return fly_again(options, console)
-    if options.dask and (options.keep_logs or options.jobs):
-        raise UsageError("--dask: the cluster's workers have no --jobs here, and leave no --keep-logs")
+    _refuse_local(options)
     flights, folder, store = planned(options, console)
     began = time.monotonic()
     try:
@@ -60,6 +59,21 @@ def command(options: argparse.Namespace) -> int:
     _fly_worst(flights, worst(rows, judge, options.worst), files, folder, options, console)
     _report(flights, rows, judge, folder, options)
     return 1 if any(row["error"] for row in rows) else 0
+
+
+def _refuse_local(options: argparse.Namespace) -> None:
+    """Refuse options of this computer's processes where a cluster flies.
+
+    Raises:
+        UsageError: which, and what there is instead.
+    """
+    if options.dask and options.keep_logs:
+        raise UsageError(
+            "--keep-logs: what a cluster flies leaves its logs nowhere; leave it away: the worst (--worst N) leave "
+            "theirs here, and --again N flies any other again"
+        )
+    if options.dask and options.jobs:
+        raise UsageError("--jobs: a cluster has as many as it has workers (dask worker --nworkers N); leave it away")
 
 
 def _fly(
