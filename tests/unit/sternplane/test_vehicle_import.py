@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 import tomllib
 from dataclasses import MISSING, fields
 from pathlib import Path
@@ -21,6 +22,7 @@ from sternplane.vehicles.terms import elsewhere, parse, term_of, unit
 from sternplane.vehicles.units import parse_unit
 
 from firmware_py.adapters.installation import configs
+from firmware_py.error_text import quoted
 from firmware_py.params import ParamError
 from firmware_py.vehicle.coefficients import Coefficients
 from sim_bridge.plant.coefficients import length_power
@@ -108,6 +110,20 @@ STRANGE = ("Yvvv", "Y_v|r|", "Xvvv", "Z_qdot_stern", "Mtheta", "Yddd", "Kphi", "
         ("I_x_kg_m2", "Ix", 2038.0, "kg·m²", 1.0),
         ("n_trim_rpm", "n_trim", 8.2, "rev/s", 60.0),
         ("delta_max_deg", "delta_max", 0.4, "rad", math.degrees(1.0)),
+        ("I_x_kg_m2", "Ix", 2038.0, "kg.m2", 1.0),
+        ("I_x_kg_m2", "Ix", 2038.0, "kg–m^2", 1.0),
+        ("I_x_kg_m2", "Ix", 2038.0, "N-m-s^2", 1.0),
+        ("I_x_kg_m2", "Ix", 2038.0, "g m**2", 1e-3),
+        ("speed_m_s", "U", 1.8, "m.s–1", 1.0),
+        ("speed_m_s", "U", 180.0, "cm/s", 0.01),
+        ("speed_m_s", "U", 6.0, "ft/s", 0.3048),
+        ("density_kg_m3", "rho", 1.025, "t/m³", 1000.0),
+        ("amplitude_r_deg_s", "amplitude_r", 0.1, "rad s^(-1)", math.degrees(1.0)),
+        ("n_trim_rpm", "n_trim", 8.2, "1/s", 60.0),
+        ("n_trim_rpm", "n_trim", 8.2, "s⁻¹", 60.0),
+        ("n_trim_rpm", "n_trim", 50.0, "rad/s", 30.0 / math.pi),
+        ("n_trim_rpm", "n_trim", 8.2, "Hz", 60.0),
+        ("weight_n", "W", 53.4, "kg", 9.81),
     ],
 )
 def test_particulars_are_read_in_their_unit(key: str, name: str, number: float, unit_of_it: str, factor: float) -> None:
@@ -116,9 +132,27 @@ def test_particulars_are_read_in_their_unit(key: str, name: str, number: float, 
     assert found.values[key] == pytest.approx(number * factor)
 
 
-@pytest.mark.parametrize(("name", "unit_of_it"), [("U", "kg"), ("L", "furlong"), ("Cdy", "m"), ("m", "slugs")])
+@pytest.mark.parametrize(
+    ("name", "unit_of_it"),
+    [
+        ("U", "kg"),
+        ("L", "furlong"),
+        ("Cdy", "m"),
+        ("Cdy", "rad"),
+        ("m", "slugs"),
+        ("W", "kn"),
+        ("U", "kN"),
+        ("delta_max", "1"),
+        ("amplitude_r", "1/s"),
+        ("m", "t9 t9 t9 t9 t9 t9 t9 t9 t9 t9 t9 t9"),
+        ("m", "kg^999999999"),
+        ("m", "kg)(/("),
+        ("m", "\x1b[31m"),
+    ],
+)
 def test_a_unit_that_is_none_of_a_particular_is_refused(name: str, unit_of_it: str) -> None:
-    with pytest.raises(ParamError, match=rf"^table.csv: {name}: the unit '{unit_of_it}' is not understood; known are "):
+    said = rf"^table.csv: {name}: the unit {re.escape(quoted(unit_of_it))} is not understood here; known are "
+    with pytest.raises(ParamError, match=said):
         read_particulars([Entry(name, 1.0, unit_of_it)], "table.csv")
 
 
@@ -295,8 +329,39 @@ def test_a_hull_too_slow_for_the_demonstration_has_a_first_flight_of_its_own(tmp
 
 
 @pytest.mark.parametrize(
-    ("text", "kg", "m", "s", "deg"),
-    [("kg·m²/(s·rad)", 1, 2, -1, 0), ("N s/m", 1, 0, -1, 0), ("N/deg", 1, 1, -2, -1), ("kg*m^2/rad^2", 1, 2, 0, 0)],
+    ("text", "dimension", "factor"),
+    [
+        ("kg·m²/(s·rad)", (1, 2, -1, -1), 1.0),
+        ("N s/m", (1, 0, -1, 0), 1.0),
+        ("N/deg", (1, 1, -2, -1), math.degrees(1.0)),
+        ("kg*m^2/rad^2", (1, 2, 0, -2), 1.0),
+        ("kg.m/s", (1, 1, -1, 0), 1.0),
+        ("kg m s^{-1}", (1, 1, -1, 0), 1.0),
+        ("kg–m2/s", (1, 2, -1, 0), 1.0),
+        ("kg/ms", (1, -1, -1, 0), 1.0),
+        ("kN s/m", (1, 0, -1, 0), 1000.0),
+        ("kNm", (1, 2, -2, 0), 1000.0),
+        ("KG/S", (1, 0, -1, 0), 1.0),
+        ("lb/ft", (1, -1, 0, 0), 0.45359237 / 0.3048),
+        ("–", (0, 0, 0, 0), 1.0),
+        ("N/(m/s)", (1, 0, -1, 0), 1.0),
+        ("N/(m/s)^2", (1, -1, 0, 0), 1.0),
+        ("1/deg", (0, 0, 0, -1), math.degrees(1.0)),
+        ("10 kg", None, 1.0),
+        ("kg (m", None, 1.0),
+        ("(t9t9t9t9t9)9", None, 1.0),
+        ("1/(g9g9g9g9g9g9g9g9g9g9g9g9g9)", None, 1.0),
+        ("(" * 100_000, None, 1.0),
+    ],
 )
-def test_units_are_read_as_people_write_them(text: str, kg: int, m: int, s: int, deg: int) -> None:
-    assert parse_unit(text) == (kg, m, s, deg)
+def test_units_are_read_as_people_write_them(text: str, dimension: tuple[int, ...] | None, factor: float) -> None:
+    unit = parse_unit(text)
+    assert (unit and unit.dimension) == dimension
+    assert unit is None or unit.factor == pytest.approx(factor)
+
+
+def test_a_derivative_is_read_in_a_unit_with_a_prefix(tmp_path: Path) -> None:
+    base = HULL | {elsewhere(name): si(name) for name in NEEDED - {"Z_w"}}
+    plain = imported(tmp_path, {**base, "Zw": -6600.0}, {"Zw": "kg/s"}).vehicle["coefficients"]["Z_w"]
+    large = imported(tmp_path, {**base, "Zw": -6.6}, {"Zw": "kN.s/m"}).vehicle["coefficients"]["Z_w"]
+    assert large == pytest.approx(plain)

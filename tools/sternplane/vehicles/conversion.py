@@ -115,7 +115,7 @@ def _whole(entry: Entry, term: Term, hull: Particulars) -> tuple[float | None, T
     if entry.unit and unit is None:
         return None, term, f"its unit {entry.unit} is not understood; write one such as kg m/s"
     if unit is not None:
-        value, prime = value * unit.angle, unit.is_plain
+        value, prime = value * unit.factor, unit.is_plain
         if not prime:
             more = _more_speeds(unit, term)
             if more is None or not 0 <= more <= 2 - term.speeds:

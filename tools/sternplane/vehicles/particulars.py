@@ -12,7 +12,8 @@ from typing import NamedTuple
 from firmware_py.error_text import quoted
 from firmware_py.params import ParamError
 from sternplane.vehicles.derivative_table import Entry
-from sternplane.vehicles.particular_units import G, factor
+from sternplane.vehicles.particular_units import factor
+from sternplane.vehicles.units import G
 
 _LENGTHS = {"weight_n": 2, "buoyancy_n": 2, "mass_kg": 3, "I_x": 5, "I_y": 5, "I_z": 5, "I_xy": 5, "I_yz": 5, "I_xz": 5}
 """Powers of L in rho/2 L^k of what may be given without dimension, as m' and Iy'; W' and B' are over U^2 too."""
