@@ -6,6 +6,7 @@ import json
 import math
 import re
 from collections import defaultdict
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -214,6 +215,13 @@ def test_foxglove_has_its_own_schemas(log: Log, foxglove: Messages) -> None:
     }
 
 
+def test_foxglove_has_the_odometry_of_ros(ros: Messages, foxglove: Messages) -> None:
+    for topic in ("/odometry", "/odometry/truth"):
+        assert foxglove[topic][0].schema.name == "nav_msgs/msg/Odometry"
+        assert [m.log_time_ns for m in foxglove[topic]] == [m.log_time_ns for m in ros[topic]]
+        assert repr(foxglove[topic][400].ros_msg) == repr(ros[topic][400].ros_msg)
+
+
 def test_the_metadata_tell_what_is_in_the_bag(bag: Path, ros: Messages) -> None:
     told = yaml.safe_load((bag / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
     topics = {one["topic_metadata"]["name"]: one for one in told["topics_with_message_count"]}
@@ -296,27 +304,38 @@ def value_at(message: Any, path: str) -> float:
     return message
 
 
+def words_of(node: Any) -> Iterator[str]:
+    """Every text in a JSON document, keys too."""
+    if isinstance(node, dict):
+        node = [*node, *node.values()]
+    if isinstance(node, list):
+        for one in node:
+            yield from words_of(one)
+    elif isinstance(node, str):
+        yield node
+
+
 def test_the_layout_for_foxglove_shows_what_an_export_has(foxglove: Messages) -> None:
     layout = json.loads((LAYOUTS / "foxglove.json").read_text())
     panels = layout["configById"]
-    shown = [one["value"] for panel in panels.values() for one in panel.get("paths", ())]
-    for path in shown:
+    named = {word for word in words_of(layout) if word.startswith("/")}
+    assert len(named) > 20
+    for path in named - foxglove.keys():
         topic, _, field = re.sub(r"\.@mul\([\d.]+\)$", "", path).partition(".")
+        assert topic in foxglove, path
         value = value_at(foxglove[topic][-1].ros_msg, field)
         assert isinstance(value, str) or math.isfinite(value), path
-    topics = {
-        panels["Map!track"]["followTopic"],
-        panels["RosOut!events"]["topicToRender"],
-        *panels["3D!scene"]["topics"],
-    }
-    assert topics <= foxglove.keys()
-    frames = {one.child_frame_id for one in foxglove["/tf"][0].ros_msg.transforms}
-    assert panels["3D!scene"]["followTf"] in frames
+    assert {*panels["3D!scene"]["topics"], panels["Map!track"]["followTopic"]} <= foxglove.keys()
+    assert panels["RosOut!events"]["topicToRender"] in foxglove
+    transforms = foxglove["/tf"][0].ros_msg.transforms
+    frames = {one.parent_frame_id for one in transforms} | {one.child_frame_id for one in transforms}
+    assert {panels["3D!scene"]["followTf"], panels["3D!scene"]["layers"]["grid"]["frameId"]} <= frames
     assert set(re.findall(r'"(\w+!\w+)"', json.dumps(layout["layout"]))) == panels.keys()
 
 
 def test_the_layout_for_plotjuggler_shows_what_a_log_has(log: Log) -> None:
-    curves = [one.get("name", "") for one in ElementTree.parse(LAYOUTS / "plotjuggler.xml").iter("curve")]
+    layout = ElementTree.parse(LAYOUTS / "plotjuggler.xml")
+    curves = {value for one in layout.iter() for value in one.attrib.values() if value.startswith("/")}
     assert len(curves) > 30
     last = {topic: m[-1].ros_msg for topic, m in messages_of(log.path).items()}
     for curve in curves:

@@ -1,4 +1,4 @@
-"""Topics of a Foxglove export: poses, transforms, location, plan and log in Foxglove's own schemas.
+"""Topics of a Foxglove export, in Foxglove's own schemas; twist and odometry in those of ROS 2.
 
 Source: https://docs.foxglove.dev/docs/sdk/schemas.
 """
@@ -11,7 +11,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from firmware_py.records.event import Severity
-from sternplane.logs.export.ros_frames import BODY, TRUE_BODY, WORLD, Vector, body_vector, diagonal, world_vector
+from sternplane.logs.export.odometry_streams import odometry_streams, twist
+from sternplane.logs.export.ros_frames import BODY, TRUE_BODY, WORLD, Vector, diagonal, world_vector
 from sternplane.logs.export.streams import Rows, Stream, Told, World, stamp
 
 LOG = ("/log", "foxglove_msgs/Log")
@@ -49,11 +50,8 @@ def streams(rows: Rows, world: World) -> Iterator[Stream]:
     if rows.truth:
         yield Stream("/pose/truth", "foxglove_msgs/PoseInFrame", alone(TRUE_BODY))
 
-    def twist(i: int) -> tuple[Any, ...]:
-        u, v, w, p, q, r = twists[i]
-        return *stamps[i], BODY, *body_vector(u, v, w), *body_vector(p, q, r)
-
-    yield Stream("/twist", "geometry_msgs/TwistStamped", twist)
+    yield Stream("/twist", "geometry_msgs/TwistStamped", lambda i: (*stamps[i], BODY, *twist(twists[i])))
+    yield from odometry_streams(rows)
     yield from _places(rows, world)
 
 

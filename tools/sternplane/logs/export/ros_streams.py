@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from typing import Any
 
 from firmware_py.records.event import Severity
-from sternplane.logs.export.ros_frames import BODY, TRUE_BODY, WORLD, Vector, body_vector, diagonal, world_vector
-from sternplane.logs.export.streams import Pose, Rows, Stream, Told, World, stamp
+from sternplane.logs.export.odometry_streams import flat, odometry_streams, twist
+from sternplane.logs.export.ros_frames import BODY, TRUE_BODY, WORLD, Vector, diagonal, world_vector
+from sternplane.logs.export.streams import Rows, Stream, Told, World, stamp
 
 LOG, PLAN = ("/rosout", "rcl_interfaces/Log"), (("/plan", "nav_msgs/Path"),)
 _FIX, _GPS, _NOT_KNOWN = 0, 1, 0
@@ -23,46 +24,27 @@ _LEVELS = {
     Severity.INFO: 20,
     Severity.DEBUG: 10,
 }
-_NO_SPREAD = 36 * (0.0,)
 
 
 def streams(rows: Rows, world: World) -> Iterator[Stream]:
     """Yield the topics of a piece."""
     stamps, poses, twists = rows.stamps, rows.poses(), rows.of(*(f"state.nu.{one}" for one in "uvwpqr"))
-    spread = rows.of("state.position_std", "state.depth_std", "state.velocity_std")
     true_poses = rows.poses(true=True) if rows.truth else [None] * len(poses)
 
     def transforms(i: int) -> tuple[Any, ...] | None:
         bodies = ((BODY, poses[i]), (TRUE_BODY, true_poses[i]))
-        known = [(*stamps[i], WORLD, name, *_flat(pose)) for name, pose in bodies if pose]
+        known = [(*stamps[i], WORLD, name, *flat(pose)) for name, pose in bodies if pose]
         return (known,) if known else None
-
-    def odometry(i: int) -> tuple[Any, ...] | None:
-        if (pose := poses[i]) is None:
-            return None
-        flat, nu, (place, depth, speed) = _flat(pose), twists[i], spread[i]
-        of_place = diagonal(*2 * (0.5 * place * place,), depth * depth, 0.0, 0.0, 0.0)
-        of_speed = diagonal(*2 * (speed * speed,), 0.0, 0.0, 0.0, 0.0)
-        return *stamps[i], WORLD, BODY, *flat, *of_place, *_twist(nu), *of_speed
 
     def pose_alone(i: int) -> tuple[Any, ...] | None:
         pose = poses[i]
-        return pose and (*stamps[i], WORLD, *_flat(pose))
+        return pose and (*stamps[i], WORLD, *flat(pose))
 
     yield Stream("/tf", "tf2_msgs/TFMessage", transforms)
-    yield Stream("/odometry", "nav_msgs/Odometry", odometry)
+    yield from odometry_streams(rows)
     yield Stream("/pose", "geometry_msgs/PoseStamped", pose_alone)
-    yield Stream("/twist", "geometry_msgs/TwistStamped", lambda i: (*stamps[i], BODY, *_twist(twists[i])))
+    yield Stream("/twist", "geometry_msgs/TwistStamped", lambda i: (*stamps[i], BODY, *twist(twists[i])))
     yield from _places(rows, world)
-    if rows.truth:
-        moves = rows.of_truth(*(f"nu.{one}" for one in "uvwpqr"))
-
-        def truth(i: int) -> tuple[Any, ...] | None:
-            pose = true_poses[i]
-            flat = pose and (*stamps[i], WORLD, TRUE_BODY, *_flat(pose), *_NO_SPREAD, *_twist(moves[i]), *_NO_SPREAD)
-            return flat or None
-
-        yield Stream("/odometry/truth", "nav_msgs/Odometry", truth)
 
 
 def told(event: Told) -> tuple[Any, ...]:
@@ -110,12 +92,3 @@ def _place(rows: Rows, world: World, values: list[tuple[Any, ...]]) -> Any:
 def _location(when: tuple[int, int], latitude: float, longitude: float, std: float, service: int) -> tuple[Any, ...]:
     covariance = diagonal(std * std, std * std, 0.0)
     return *when, BODY, _FIX, service, latitude, longitude, math.nan, *covariance, _APPROXIMATED
-
-
-def _flat(pose: Pose) -> tuple[float, ...]:
-    return *pose.position, *pose.orientation
-
-
-def _twist(nu: tuple[Any, ...]) -> tuple[float, ...]:
-    u, v, w, p, q, r = nu
-    return *body_vector(u, v, w), *body_vector(p, q, r)
