@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from sternplane.cli.main import main
 from sternplane.sitl.flight import FlightRequest, prepare
-from sternplane.vehicles.derivative_table import Entry
+from sternplane.vehicles.derivative_table import Entry, read_entries, read_lists
 from sternplane.vehicles.import_command import FIRST_FLIGHT, Imported, import_table, texts
 from sternplane.vehicles.particulars import read_particulars
 from sternplane.vehicles.propeller_curves import OpenWater, fit_propeller
@@ -287,6 +287,11 @@ def test_the_error_of_the_propeller_is_that_of_a_thrust_that_knows_no_speed() ->
         ("name,value,unit\nL,5\nU,2\nm,4000\nYvdot,-3,k\x1bg\n", r"'k\x1bg' has a control character"),
         (f"name,value\nL,5\nfoo,{'9' * 200_000}\n", "is not CSV (field larger than field limit"),
         ("name,value\nL,5\nU,2\nm,4000\nsymmetric,maybe\n", "must be true or false"),
+        ("name,value\nL,5\nU,2\nm,4000\nZuw,nan\n", "Zuw = nan: must be a finite number; take the row out"),
+        ("name,value\nL,5\nU,2\nm,4000\nZuw,1e999\n", "Zuw = inf: must be a finite number; take the row out"),
+        ("name,value\nL,5\nU,2\nm,4000\nZuw,-28.6 kg\n", "Zuw = '-28.6 kg': must be a finite number"),
+        ("name,value\nL,5\nU,2\nm,4000\nZuw,\n", "Zuw = '': must be a finite number"),
+        ("name,value\n" + "".join(f"N{i},1\n" for i in range(50_000)), "more than 1,000 rows are no table"),
     ],
 )
 def test_a_table_that_is_none_is_one_line(
@@ -299,6 +304,18 @@ def test_a_table_that_is_none_is_one_line(
     assert words in said
     assert said.count("\n") == 1
     assert not (tmp_path / "out").exists()
+
+
+def test_a_list_that_is_no_curve_and_a_curve_of_no_numbers_are_refused(tmp_path: Path) -> None:
+    table, curves = tmp_path / "t.toml", tmp_path / "c.csv"
+    table.write_text("L = [1.6]\nU = 2\n")
+    with pytest.raises(ParamError, match=r"'L' = \[1.6\]: must be a number or a text; lists are for a propeller's J"):
+        import_table(table)
+    table.write_text("J = [0.0, 1.0]\nK_T = [0.4, 0.0]\n10KQ = [0.5, 0.1]\nU = 2\n")
+    assert [entry.name for entry in read_entries(table)] == ["U"]
+    curves.write_text("J,K_T\n0,0.4\n0.5,nan\n")
+    with pytest.raises(ParamError, match=r"c.csv: K_T: must be finite numbers only"):
+        read_lists(curves)
 
 
 def test_what_is_made_is_loaded_by_every_reader_and_a_folder_that_is_there_is_kept(

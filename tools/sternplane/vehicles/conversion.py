@@ -72,6 +72,9 @@ def convert(entries: Iterable[Entry], hull: Particulars) -> Converted:
     made, squares = Converted(), []
     for entry in entries:
         term = parse(entry.name)
+        if term is not None and not (isinstance(entry.value, float) and math.isfinite(entry.value)):
+            said = "must be a finite number; take the row out if it is not known"
+            raise ParamError(f"{hull.where}: {entry.name} = {quoted(entry.value)}: {said}")
         shown = f"{entry.value:g}" if isinstance(entry.value, float) else str(entry.value)
         if term is None or not isinstance(entry.value, float):
             why = f"no derivative and no particular; {unknown_text(entry.name)}"

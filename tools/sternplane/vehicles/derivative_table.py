@@ -5,7 +5,10 @@ from __future__ import annotations
 import contextlib
 import csv
 import io
+import itertools
+import math
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,8 +18,11 @@ from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.error_text import quoted
 from firmware_py.foreign_text import visible
 from firmware_py.params import ParamError
+from sternplane.vehicles.propeller_curves import is_curve
 
 _NAMES, _VALUES, _UNITS = ("name", "symbol", "coefficient", "parameter"), ("value",), ("unit", "units")
+_MOST = 1000
+"""Rows of a table."""
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]")
 """Characters that may act on a terminal; tabs and line ends do not."""
 
@@ -36,18 +42,21 @@ def read_entries(path: Path) -> tuple[Entry, ...]:
     likes, `unit`; further columns are notes.
 
     Raises:
-        ParamError: the file cannot be read, has a name twice, a value that is neither a number nor a text, or a control
-            character, which no TOML file may have.
+        ParamError: the file cannot be read, has a name twice, too many rows, a value that is neither a number nor a
+            text, or a control character, which no TOML file may have.
     """
     with _refused(path):
-        entries = tuple(_from_csv(path) if path.suffix.lower() == ".csv" else _from_toml(read_toml(path), path))
+        found = _from_csv(path) if path.suffix.lower() == ".csv" else _from_toml(read_toml(path), path)
+        entries = tuple(itertools.islice(found, _MOST + 1))
+    if len(entries) > _MOST:
+        raise ParamError(f"{path}: more than {_MOST:,} rows are no table of a vehicle's derivatives")
     for entry in entries:
         if control := next((text for text in map(str, entry) if _CONTROL.search(text)), None):
             raise ParamError(f"{path}: {quoted(control)} has a control character, which cannot be seen; take it out")
-    names = [entry.name for entry in entries]
-    twice = next((name for name in names if names.count(name) > 1), None)
-    if twice is not None:
-        raise ParamError(f"{path}: {quoted(twice)} stands there {names.count(twice)} times; a name has one value")
+    names = Counter(entry.name for entry in entries)
+    for name, count in names.items():
+        if count > 1:
+            raise ParamError(f"{path}: {quoted(name)} stands there {count} times; a name has one value")
     if not entries:
         raise ParamError(f"{path}: no row; write a name and a value, such as Yuv,-28.6")
     return entries
@@ -88,8 +97,9 @@ def _from_toml(table: Mapping[str, Any], path: Path) -> Iterator[Entry]:
             yield Entry(key, value)
         elif isinstance(value, int | float):
             yield Entry(key, float(value))
-        elif not isinstance(value, list):
-            raise ParamError(f"{path}: {quoted(key)} = {quoted(value)}: must be a number or a text")
+        elif not (isinstance(value, list) and is_curve(key)):
+            said = "must be a number or a text; lists are for a propeller's J, K_T and K_Q"
+            raise ParamError(f"{path}: {quoted(key)} = {quoted(value)}: {said}")
 
 
 def _from_csv(path: Path) -> Iterator[Entry]:
@@ -118,9 +128,12 @@ def _lists(table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
 
 def _numbers(values: Any, key: str, path: Path) -> list[float]:
     try:
-        return [float(value) for value in values]
+        numbers = [float(value) for value in values]
     except (TypeError, ValueError, OverflowError):
-        raise ParamError(f"{path}: {visible(key.strip())}: must be numbers only") from None
+        numbers = [math.nan]
+    if not all(map(math.isfinite, numbers)):
+        raise ParamError(f"{path}: {visible(key.strip())}: must be finite numbers only")
+    return numbers
 
 
 def _text(path: Path) -> str:

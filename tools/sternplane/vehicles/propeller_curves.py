@@ -46,13 +46,22 @@ class PropellerFit(NamedTuple):
     errors: tuple[tuple[float, float], ...]
 
 
+def is_curve(name: str) -> bool:
+    """Return whether a column is one of those of open-water curves."""
+    return _plain(name) in ("J", "KT", "KQ", "10KQ")
+
+
+def _plain(name: str) -> str:
+    return name.replace("_", "").replace(" ", "").upper()
+
+
 def open_water(columns: Mapping[str, Sequence[float]], where: str) -> OpenWater | None:
     """Return the curves of a table, or None where it has none; K_Q may be written as 10KQ.
 
     Raises:
         ParamError: J is not ascending from 0, or a column is missing or of another length.
     """
-    plain = {name.replace("_", "").replace(" ", "").upper(): values for name, values in columns.items()}
+    plain = {_plain(name): values for name, values in columns.items()}
     if "J" not in plain:
         return None
     if "KT" not in plain:
