@@ -163,6 +163,19 @@ def test_the_command_prints_a_table_and_leaves_a_page(
     assert heads[:4] == ["Runs", "What differs", "Key figures", "Over each other"]
 
 
+def test_names_and_paths_are_no_markup_and_send_no_escape_sequence(
+    runs: Path, capsys: Said, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(runs)
+    monkeypatch.setenv("COLUMNS", "200")
+    words = ["[/x]=sliding", "\x1b[31m:smile:=pid", "--out", "[/x]\x1b[31m/page.html"]
+    assert main.main(["compare", *words]) == 0
+    said = capsys.readouterr().out
+    for shown in ("[/x]", r"\x1b[31m:smile:", r"[/x]\x1b[31m/page.html"):
+        assert shown in said
+    assert "\x1b" not in said
+
+
 def test_without_the_libraries_that_draw_there_is_the_table_alone(
     runs: Path, capsys: Said, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -15,10 +15,9 @@ def command(options: argparse.Namespace) -> int:
         require_report()
     flown = fly(options)
     if options.report and flown.cycles:
-        from rich.console import Console
-
         from sternplane.logs.summary_text import summary_table
+        from sternplane.plain_console import PlainConsole
         from sternplane.report import report
 
-        Console().print(summary_table(report.write_report_of_file(flown.folder / LOG_FILE, flown.folder)))
+        PlainConsole().print(summary_table(report.write_report_of_file(flown.folder / LOG_FILE, flown.folder)))
     return flown.status

@@ -16,6 +16,7 @@ from rich.text import Text
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.event_text import texts
 from firmware_py.run.sensor_watch import SensorWatch
+from sternplane.plain_console import PlainConsole
 
 _REDRAW_S = 0.125
 _LOOK = 16
@@ -57,7 +58,7 @@ class Progress:
     def __init__(self, total_s: float, waypoints: int = 0, console: Console | None = None) -> None:
         self._total_s = total_s
         self._waypoints = waypoints
-        self._console = console or Console(stderr=True)
+        self._console = console or PlainConsole(stderr=True)
         self._terminal = self._console.is_terminal
         self._live = Live(console=self._console, auto_refresh=False, transient=True)
         self._began = self._drawn = time.monotonic()

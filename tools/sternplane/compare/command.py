@@ -10,12 +10,14 @@ from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.run.usage_error import UsageError
 from sternplane.cli import extras
 from sternplane.compare.compared_run import open_runs
 from sternplane.compare.comparison import Comparison, Rows
+from sternplane.plain_console import PlainConsole
 
 _PAGE = Path("compare.html")
 _MOST_DIFFERENCES = 30
@@ -34,7 +36,7 @@ def command(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps(comparison.document(), indent=2, ensure_ascii=False, allow_nan=False))
         return 0
-    console = Console()
+    console = PlainConsole()
     _print(comparison, console)
     if drawn:
         console.print(f"  {out}", highlight=False, soft_wrap=True)
@@ -78,15 +80,11 @@ def _print(comparison: Comparison, console: Console) -> None:
     for name in names:
         table.add_column(name, overflow="fold")
     for title, rows in groups.items():
-        table.add_row(f"[dim]{title}[/dim]")
+        table.add_row(Text(title, style="dim"))
         for label, *values in rows:
-            table.add_row(f"  {label}", *(_escaped(value) for value in values))
+            table.add_row(f"  {label}", *values)
         if rows is groups["what differs"] and left_out > 0:
             table.add_row(f"  and {left_out} more: see the page")
     console.print(table)
     for warning in comparison.warnings:
         console.print(f"  {warning}", highlight=False, markup=False, style="yellow")
-
-
-def _escaped(text: str) -> str:
-    return text.replace("[", r"\[")

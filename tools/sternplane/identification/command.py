@@ -8,8 +8,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
-
 from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.error_text import quoted
@@ -24,6 +22,7 @@ from sternplane.identification.estimate import identify
 from sternplane.identification.recording import record
 from sternplane.logs.reading import find
 from sternplane.logs.streaming import stream
+from sternplane.plain_console import PlainConsole
 
 ORIGIN = "Learned by `sternplane identify`"
 """What the vehicle files begin with that may be replaced."""
@@ -39,7 +38,7 @@ def command(options: argparse.Namespace) -> int:
     params = requested_params(recording.params, options)
     with prefix_errors(str(log.header["configuration"]["files"]["vehicle"])):
         ObserverModel(recording.vehicle, ())  # its mass matrix is one
-    with prefix_errors("--coefficients"), Console(stderr=True).status("fitting") as status:
+    with prefix_errors("--coefficients"), PlainConsole(stderr=True).status("fitting") as status:
         found = identify(recording, params, lambda n, gain: status.update(f"fitting, step {n}: {gain:.3g} gained"))
     assessment = assess(found)
     table = learned_table(recording.table, found, assessment)
@@ -48,7 +47,7 @@ def command(options: argparse.Namespace) -> int:
     document = results.result_document(log, recording, found, assessment)
     _write(folder, document, page.page(log, recording, found, document))
     vehicle_file.write(folder / "vehicle.toml", table, results.origin(ORIGIN, document))
-    console = Console()
+    console = PlainConsole()
     results.print_results(console, document)
     for name in ("identify.html", "identify.json", "vehicle.toml"):
         console.print(f"  {folder / name}", highlight=False, soft_wrap=True)

@@ -19,7 +19,6 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
@@ -44,6 +43,7 @@ from sim_bridge.plant.truth import Truth
 from sim_bridge.truth_file import read_truth
 from sternplane.identification.cramer_rao_bound import bound, true_states
 from sternplane.logs.tracking import Array
+from sternplane.plain_console import PlainConsole
 from sternplane.sitl.busless_flight import SENSOR_STD, BuslessFlight, Start, fly, measurement_mask
 from sternplane.sitl.flight import CONFIG
 
@@ -155,7 +155,7 @@ def main() -> None:
     options = parser.parse_args()
     truth = read_truth(CONFIG / "truth.toml")
     wanted = [(m, grip) for kind in options.kind or ManoeuvreKind for m in candidates(kind) for grip in options.grip]
-    console = Console(stderr=True)
+    console = PlainConsole(stderr=True)
     rows = [(evaluate(truth, m, grip), m, grip) for m, grip in track(wanted, "flying", console=console, transient=True)]
     table = Table(
         "kind",
@@ -188,7 +188,7 @@ def main() -> None:
             f"{math.degrees(result.pitch):.0f}°" + (" waits" if result.waited else ""),
             f"{math.degrees(result.heading):.0f}°",
         )
-    Console().print(table)
+    PlainConsole().print(table)
 
 
 if __name__ == "__main__":

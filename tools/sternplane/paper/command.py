@@ -9,7 +9,6 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 
 from firmware_py.adapters.storage.atomic_file import write_atomically
@@ -25,6 +24,7 @@ from sternplane.paper.page import page
 from sternplane.paper.printed import TABLE_1
 from sternplane.paper.progress import ExperimentProgress
 from sternplane.paper.tables import percent
+from sternplane.plain_console import PlainConsole
 from sternplane.sitl.flight import CONFIG
 
 _FLIGHT = 130.0
@@ -41,7 +41,7 @@ def command(options: argparse.Namespace) -> int:
     who = {"fig9": tuple(figures.BY), "fig10": (*figures.BY, control.IDEAL)}
     total = (_PARTS + 2) * ExperimentProgress.REST + sum(map(len, who.values())) * _FLIGHT
     try:
-        with ExperimentProgress(total, Console(stderr=True)) as steps:
+        with ExperimentProgress(total, PlainConsole(stderr=True)) as steps:
             found = estimation.estimate(truth, vehicle, steps.done)
             by_whom = estimates(found, vehicle)
             rows = design.compare(vehicle, by_whom)
@@ -61,7 +61,7 @@ def command(options: argparse.Namespace) -> int:
     except control.FlightError as error:
         print(f"sternplane: {error}", file=sys.stderr)
         return 1
-    console = Console()
+    console = PlainConsole()
     console.print(_table(found))
     console.print(
         "The paper's SMO has a constant gain: in steady motion it rests on a hyperplane of coefficients, and the start "

@@ -7,8 +7,6 @@ import json
 import sys
 from pathlib import Path
 
-from rich.console import Console
-
 from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.adapters.storage.recorder import LogError
 from sternplane.logs.reading import LARGE, find
@@ -16,6 +14,7 @@ from sternplane.logs.run import Run
 from sternplane.logs.streaming import stream
 from sternplane.logs.summary import Summary, summarise
 from sternplane.logs.summary_text import summary_table
+from sternplane.plain_console import PlainConsole
 from sternplane.report.flight_page import flight_page
 
 
@@ -49,7 +48,7 @@ def command(options: argparse.Namespace) -> int:
     """Write both files again, beside the log or in --out."""
     path = find(options.log)
     folder = options.out or path.parent
-    console = Console()
+    console = PlainConsole()
     console.print(summary_table(write_report_of_file(path, folder)))
     console.print(f"{folder / 'report.html'}", highlight=False, soft_wrap=True)
     return 0

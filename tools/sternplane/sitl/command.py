@@ -7,8 +7,6 @@ import json
 import sys
 from pathlib import Path
 
-from rich.console import Console
-
 from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.hil.hil_link import parse_hil_link, serve
 from firmware_py.adapters.storage.atomic_file import write_atomically
@@ -26,6 +24,7 @@ from sternplane.logs.reading import TRUTH_FILE
 from sternplane.logs.streaming import stream
 from sternplane.logs.summary import Summary, summarise
 from sternplane.logs.summary_text import summary_table
+from sternplane.plain_console import PlainConsole
 from sternplane.sitl.flight import fly
 from sternplane.sitl.request import parse_settings, requested
 from sternplane.sitl.resumed_flight import prepare_to_resume
@@ -72,7 +71,7 @@ def command(options: argparse.Namespace) -> int:
             flight.configuration,
             flight.io.state.passport_interval,
         )
-        with Progress(scenario.duration, len(scenario.mission.waypoints), Console(stderr=True)) as progress:
+        with Progress(scenario.duration, len(scenario.mission.waypoints), PlainConsole(stderr=True)) as progress:
 
             def watch(cycle: Cycle) -> None:
                 progress.update(cycle)
@@ -87,7 +86,7 @@ def command(options: argparse.Namespace) -> int:
     kept_navigation.save(options.state or folder / "state", navigation, keeper.speed, keeper.mode)
     passports.leave(options.state or folder / "state")
     point_latest(folder)
-    console = Console()
+    console = PlainConsole()
     console.print(summary_table(_leave(log, folder, not options.no_report)))
     for name in ("report.html", "summary.json", LOG_FILE):
         if (folder / name).exists():

@@ -38,6 +38,7 @@ from sim_bridge.faults.fault import parse_fault
 from sim_bridge.lockstep_server import LockstepServer, accept_vehicle
 from sim_bridge.plant.plant import PlantError
 from sternplane.logs.reading import TRUTH_FILE
+from sternplane.plain_console import PlainConsole
 from sternplane.sitl.flight import Flight, prepare
 from sternplane.sitl.i2c_server import i2c_server
 from sternplane.sitl.request import parse_settings, requested
@@ -66,7 +67,7 @@ def command(options: argparse.Namespace) -> int:
         flight = dataclasses.replace(flight, io=at_desk(flight.io, options.lines))
     free = options.pace == "realtime" and not address
     wait = options.wait if options.wait is not None else 0.0 if free else WAIT_S
-    console = Console(stderr=True, highlight=False, soft_wrap=True)
+    console = PlainConsole(stderr=True, highlight=False, soft_wrap=True)
     try:
         if address:
             console.print(run_hil(flight, address, options.out, wait, console))

@@ -7,13 +7,13 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich.console import Console
 from rich.table import Table
 
 from firmware_py.run import provenance
 from firmware_py.run.run_folders import run_folder
 from sternplane.campaign.files import write
 from sternplane.campaign.seeds import seeds_of
+from sternplane.plain_console import PlainConsole
 from sternplane.study.cases import CASES
 from sternplane.study.chance import MISS
 from sternplane.study.kept_runs import KeptRuns
@@ -45,7 +45,7 @@ def run_study(study: Study, options: argparse.Namespace, most: int) -> int:
     folder = run_folder(options.out)
     study = study.in_form(options.short)
     kept = KeptRuns(folder, provenance.git_revision())
-    found = run_all(study.cases, seeds, options.short, kept, Console(stderr=True))
+    found = run_all(study.cases, seeds, options.short, kept, PlainConsole(stderr=True))
     results = [case.evaluate(runs) for case, runs in zip(study.cases, found, strict=True)]
     rows = [row for result in results for row in result.rows]
     form = "short form" if options.short else "full form"
@@ -70,7 +70,7 @@ def chance_text(rows: Sequence[Row]) -> str:
 
 def _print(rows: Sequence[Row], folder: Path, chance: bool) -> None:
     """Print a line for each case, and each target that was missed."""
-    console = Console()
+    console = PlainConsole()
     table = Table("case", "met", "of", "least margin", box=None)
     for name in dict.fromkeys(row.case for row in rows):
         judged = [row for row in rows if row.case == name and row.margin is not None]

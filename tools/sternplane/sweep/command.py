@@ -20,6 +20,7 @@ from sternplane.campaign.engine import complete
 from sternplane.campaign.files import write
 from sternplane.campaign.line_store import LineStore
 from sternplane.cli.extras import require, require_report
+from sternplane.plain_console import PlainConsole
 from sternplane.sweep import inputs
 from sternplane.sweep.flight import SCENARIO_FILE, died_row, fly_row
 from sternplane.sweep.plan import Flights, read_plan
@@ -39,7 +40,7 @@ def command(options: argparse.Namespace) -> int:
         check_address(options.dask)
     if not options.no_report:
         require_report()
-    console = Console(stderr=True, highlight=False, soft_wrap=True)
+    console = PlainConsole(stderr=True, highlight=False, soft_wrap=True)
     if options.again is not None:
         return fly_again(options, console)
     _refuse_local(options)
@@ -145,7 +146,7 @@ def _fly_worst(
 
 
 def _report(flights: Flights, rows: Sequence[Row], judge: str, folder: Path, options: argparse.Namespace) -> None:
-    console, completed = Console(highlight=False, soft_wrap=True), sum(bool(row["completed"]) for row in rows)
+    console, completed = PlainConsole(highlight=False, soft_wrap=True), sum(bool(row["completed"]) for row in rows)
     for law in flights.laws:
         own = [row for row in rows if row["law"] == law]
         console.print(f"  {law}: {sum(bool(row['completed']) for row in own)} of {len(own)} completed")

@@ -5,12 +5,14 @@ from __future__ import annotations
 import argparse
 from collections import Counter
 
-from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from firmware_py.adapters.storage.atomic_file import write_atomically
+from firmware_py.foreign_text import visible
 from firmware_py.run.usage_error import UsageError
 from sternplane.cli.extras import require_report
+from sternplane.plain_console import PlainConsole
 from sternplane.vehicles.check import Checked, check
 from sternplane.vehicles.finding import Grade
 from sternplane.vehicles.limits import read_files
@@ -26,8 +28,9 @@ def command(options: argparse.Namespace) -> int:
             raise UsageError(f"--picture {options.picture}: is a page; write FILE.html")
     files = read_files(options.config)
     found = check(files)
-    console = Console(highlight=False)
-    console.print(f"[bold]{files.vehicle.name}[/], {files.vehicle.hull.length:g} m, by {options.config}")
+    console = PlainConsole(highlight=False)
+    name = Text(visible(files.vehicle.name), style="bold")
+    console.print(name, f"{files.vehicle.hull.length:g} m, by {options.config}", sep=", ")
     console.print(_findings(found))
     console.print(_abilities(found))
     console.print(verdict(found))
@@ -55,7 +58,7 @@ def _findings(found: Checked) -> Table:
     table.add_column(no_wrap=True)
     table.add_column(overflow="fold")
     for finding in found.findings:
-        table.add_row(f"[{_STYLE[finding.grade]}]{finding.grade.value}[/]", finding.topic, finding.text)
+        table.add_row(Text(finding.grade.value, style=_STYLE[finding.grade]), finding.topic, finding.text)
     return table
 
 

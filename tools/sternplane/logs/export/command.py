@@ -11,7 +11,6 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import IO, Any
 
-from rich.console import Console
 from rich.progress import Progress
 
 from firmware_py.run.usage_error import UsageError
@@ -19,6 +18,7 @@ from sternplane.logs.export import mcap_export, messages, table
 from sternplane.logs.reading import find
 from sternplane.logs.run import Run
 from sternplane.logs.streaming import stream
+from sternplane.plain_console import PlainConsole
 
 _ENDINGS = {
     "bin": ".bin",
@@ -42,7 +42,7 @@ def command(options: argparse.Namespace) -> int:
     if os.path.exists(out) and os.path.samefile(out, path):  # those of a Path raise where no file can be
         raise UsageError(f"--out {out}: is the log itself; choose another file")
     total = log.count
-    console = Console(stderr=True)
+    console = PlainConsole(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("export", total=total)
         write_export(log, out, options.format, lambda done: bar.update(task, completed=done))

@@ -8,12 +8,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
-
 from firmware_py.run import provenance
 from firmware_py.run.run_folders import run_folder
 from sternplane.campaign.files import write
 from sternplane.campaign.seeds import seeds_of
+from sternplane.plain_console import PlainConsole
 from sternplane.study.command import JUDGED_FROM
 from sternplane.study.page import target_text
 from sternplane.study.rows import Row
@@ -31,7 +30,7 @@ def command(options: argparse.Namespace) -> int:
     wanted, revision = jobs(seeds, options.short), provenance.git_revision()
     store = Store(folder)
     try:
-        fly_all(wanted, store, revision, Console(stderr=True))
+        fly_all(wanted, store, revision, PlainConsole(stderr=True))
     finally:
         store.close()
     flights = store.of(job.key for job in wanted)
@@ -58,7 +57,7 @@ def _warnings(flights: Sequence[dict[str, Any]], revision: str) -> list[str]:
 
 
 def _print(found: Sequence[Row], folder: Path) -> None:
-    console = Console()
+    console = PlainConsole()
     for row in found:
         if row.ok is False:
             text = f"missed: {row.case}: {row.figure}: {row.value:.4g}, target {target_text(row)} (n = {row.n})"

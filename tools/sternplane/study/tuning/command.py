@@ -7,11 +7,11 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 from rich.table import Table
 
 from firmware_py.run.run_folders import run_folder
 from sternplane.campaign.files import write
+from sternplane.plain_console import PlainConsole
 from sternplane.study.tuning.closed_loop import ClosedLoop
 from sternplane.study.tuning.search import (
     BEGIN,
@@ -35,7 +35,7 @@ _SETS = 10
 
 def command(options: argparse.Namespace) -> int:
     """Search, write a file for each search, and show that both ways of flying rank gains alike; return 0."""
-    folder, console = run_folder(options.out), Console()
+    folder, console = run_folder(options.out), PlainConsole()
     judge = Judge()
     shipped = judge.figures(judge.shipped)
 
