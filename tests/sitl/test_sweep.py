@@ -305,6 +305,22 @@ def test_what_goes_on_is_what_began(words: tuple, said: str, here: Path, monkeyp
     assert (done.returncode, said in done.stderr) == (2, True), done.stderr
 
 
+@pytest.mark.parametrize(
+    "row",
+    [
+        '{"key": "0"}',
+        '{"key": "7", "flight": 7, "sample": 7, "seed": 1, "law": "pid", "error": "", "completed": true}',
+        '{"key": "1", "flight": 0, "sample": 0, "seed": 1, "law": "pid", "error": "", "completed": true}',
+    ],
+)
+def test_rows_of_another_sweep_are_refused(row: str, here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(here)
+    begun(here)
+    (here / "sweep" / "flights.jsonl").write_text(f"{row}\n")
+    done = called("sweep", "--out", "sweep", cwd=here)
+    assert (done.returncode, "is none of this sweep; choose another --out" in done.stderr) == (2, True), done.stderr
+
+
 def test_files_that_were_changed_behind_a_sweep_end_it(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(here)
     begun(here)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import random
 
@@ -50,7 +51,14 @@ def test_what_is_relative_is_so_to_what_flies(demo) -> None:
         ("truth.current=log:0..0.3", "above 0 behind log:"),
         ("truth.current=0.3", "one value does not vary"),
         ("truth.current=0.3,0.3", "one value does not vary"),
-        ("truth.current=nan..1", "one value does not vary"),
+        ("truth.current=nan..1", "write LOW..HIGH with two numbers"),
+        ("truth.current=0..0.1..0.2", "write LOW..HIGH with two numbers"),
+        ("truth.current={a=1},{a=2}", "values must be numbers, texts, or lists of these"),
+        ("truth.current_ned=[[1]],[[2]]", "values must be numbers, texts, or lists of these"),
+        ("sensors.dvl.rate=±1%", "the values are whole numbers, here all 5; write a wider range"),
+        ("sensors.dvl.rate=1.2..1.4", "the values are whole numbers, here all 1; write a wider range"),
+        ("scenario.zigzag.heading=±10%", "has no value as it stands; write LOW..HIGH, or a,b,c"),
+        ("vehicle.nosuch=1..2", "^--vary vehicle.nosuch: is unknown"),
         ("truth.current=0..1e999", "LOW below HIGH"),
         ("truth.current=0.2..0.2", "LOW below HIGH"),
         ("vehicle.M_q=±0%", "nothing varies"),
@@ -110,15 +118,15 @@ def test_a_flight_has_to_the_last_bit_the_values_of_its_row() -> None:
 
 
 def test_a_plan_comes_back_from_its_file_and_another_is_refused(tmp_path) -> None:
-    import json
-
     path, mine = tmp_path / "sweep.json", plan(seeds=(0, 2), settings=("vehicle.M_w=0.1",))
-    write(path, json.dumps({"plan": mine.plain()}))
+    write(path, json.dumps({"plan": mine.plain(), "law": "pid", "samples": mine.scenario}))
     assert read_plan(path)[0] == mine
     assert axis_of(mine.axes[1].plain()) == mine.axes[1]
     refuse_other(mine, mine, tmp_path)
     with pytest.raises(UsageError, match=r"another --n, 5, here 6; choose another --out"):
         refuse_other(mine, mine._replace(n=6), tmp_path)
+    with pytest.raises(UsageError, match=r"another --law, none, here sliding, pid; choose another --out"):
+        refuse_other(mine._replace(laws=()), mine, tmp_path)
     path.write_text("{}")
     with pytest.raises(UsageError, match="is no plan of a sweep"):
         read_plan(path)
@@ -130,6 +138,34 @@ def test_a_plan_comes_back_from_its_file_and_another_is_refused(tmp_path) -> Non
 
 def row(flight: int, completed: bool = True, error: str = "", **other) -> dict:
     return {"key": str(flight), "flight": flight, "sample": flight, "completed": completed, "error": error, **other}
+
+
+@pytest.mark.parametrize(
+    ("of_the_plan", "beside"),
+    [
+        ({"n": "5"}, {}),
+        ({"n": -5}, {}),
+        ({"n": 0}, {}),
+        ({"n": math.inf}, {}),
+        ({"seed": 1.5}, {}),
+        ({"seeds": [0]}, {}),
+        ({"seeds": ["a", "b"]}, {}),
+        ({"seeds": [2, 0]}, {}),
+        ({"axes": []}, {}),
+        ({"axes": [{"key": "x"}]}, {}),
+        ({"axes": [{"key": 3, "low": 0.0, "high": 1.0}]}, {}),
+        ({"axes": [{"key": "x", "low": "a", "high": []}]}, {}),
+        ({"axes": [{"key": "x", "low": 0.0, "high": 1.0, "log": True}]}, {}),
+        ({"settings": [3]}, {}),
+        ({}, {"law": None}),
+        ({}, {"samples": None}),
+    ],
+)
+def test_a_plan_that_somebody_has_spoilt_is_refused(of_the_plan: dict, beside: dict, tmp_path) -> None:
+    path = tmp_path / "sweep.json"
+    path.write_text(json.dumps({"law": "pid", "samples": "x", **beside, "plan": {**plan().plain(), **of_the_plan}}))
+    with pytest.raises(UsageError, match=r"sweep\.json: is no plan of a sweep; choose another --out"):
+        read_plan(path)
 
 
 def test_the_table_is_the_same_in_whatever_order_flights_came() -> None:

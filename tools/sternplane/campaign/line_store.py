@@ -49,7 +49,7 @@ class LineStore:
                 break
             try:
                 self.keys.add(json.loads(line)["key"])
-            except (ValueError, KeyError, TypeError):
+            except (ValueError, KeyError, TypeError, RecursionError):
                 raise UsageError(f"{path}: a line of it is no row ({line[:40]!r}); choose another --out") from None
             end += len(line)
         self._file.seek(end)

@@ -90,6 +90,8 @@ def parse_axis(text: str, flight: Flight) -> Axis:
         raise ParamError(f"--vary {shown}: write {FORM}")
     if around := _AROUND.fullmatch(values):
         key, now = _nominal(key, "0.0", flight)
+        if now is None:
+            raise ParamError(f"--vary {key}: has no value as it stands; write LOW..HIGH, or a,b,c")
         if isinstance(now, bool) or not isinstance(now, int | float):
             raise ParamError(f"--vary {key}: is no number but {quoted(now)}; write values, such as a,b,c")
         off = abs(float(around[1]) * (0.01 * now if around[2] else 1.0))
@@ -99,32 +101,48 @@ def parse_axis(text: str, flight: Flight) -> Axis:
             )
         if not math.isfinite(off):
             raise ParamError(f"--vary {shown}: is beyond every number; write a smaller one")
-        return Axis(key, now - off, now + off, whole=isinstance(now, int))
+        return _range(Axis(key, now - off, now + off, whole=isinstance(now, int)), shown)
     if span := _RANGE.fullmatch(values):
         key, now = _nominal(key, span[2], flight)
         low, high = float(span[2]), float(span[3])
         if not low < high < math.inf or (span[1] and low <= 0.0):
             raise ParamError(f"--vary {shown}: write LOW..HIGH with LOW below HIGH, and above 0 behind log:")
-        return Axis(key, low, high, log=bool(span[1]), whole=isinstance(now, int) and not isinstance(now, bool))
-    choices = _choices(values)
+        whole = isinstance(now, int) and not isinstance(now, bool)
+        return _range(Axis(key, low, high, log=bool(span[1]), whole=whole), shown)
+    choices = _choices(values, shown)
+    if len(choices) < 2 and ".." in values:
+        raise ParamError(f"--vary {shown}: write LOW..HIGH with two numbers, LOW below HIGH")
     if len(choices) < 2:
         raise ParamError(f"--vary {shown}: one value does not vary; write {FORM}, or give it to --set")
     key, _ = _nominal(key, setting_text("", choices[0])[1:], flight)
     return Axis(key, choices=choices)
 
 
-def _choices(text: str) -> tuple[Any, ...]:
+def _range(axis: Axis, shown: str) -> Axis:
+    """Return a range, of whole numbers one with more than one of them."""
+    if axis.whole and axis.at(0.0) == axis.at(1.0):
+        raise ParamError(f"--vary {shown}: the values are whole numbers, here all {axis.at(0.0)}; write a wider range")
+    return axis
+
+
+def _choices(text: str, shown: str) -> tuple[Any, ...]:
     """Return the values of a list, each as TOML has it; what is no TOML are texts."""
     try:
         values = tomllib.loads(f"values = [{text}]")["values"]
-    except ValueError:
+    except (ValueError, RecursionError):
         values = [word.strip() for word in text.split(",")]
-    return tuple(dict.fromkeys(tuple(value) if isinstance(value, list) else value for value in values))
+    try:
+        return tuple(dict.fromkeys(tuple(value) if isinstance(value, list) else value for value in values))
+    except TypeError:  # tables, or lists of lists
+        raise ParamError(f"--vary {shown}: values must be numbers, texts, or lists of these") from None
 
 
 def _nominal(key: str, value: str, flight: Flight) -> tuple[str, Any]:
     """Return the whole key, and what stands there in a flight, as TOML has it; `value`: one that it may have."""
-    [setting] = parse_settings([f"{key}={value}"])
+    try:
+        [setting] = parse_settings([f"{key}={value}"])
+    except ParamError as error:
+        raise ParamError(str(error).replace("--set", "--vary", 1)) from None
     sea = flight.scenario.environment.current_ned
     if setting.key == "truth.current_m_s":
         return setting.key, math.hypot(sea[0], sea[1])

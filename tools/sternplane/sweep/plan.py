@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
@@ -133,6 +134,8 @@ def read_plan(path: Path) -> tuple[Plan, dict[str, Any]]:
     try:
         found = json.loads(read_regular(path).decode())
         plain = found["plan"]
+        if not all(isinstance(found[key], str) for key in ("law", "samples")):
+            raise TypeError
         plan = Plan(
             **{
                 **plain,
@@ -141,11 +144,25 @@ def read_plan(path: Path) -> tuple[Plan, dict[str, Any]]:
                 **{key: tuple(plain[key]) for key in ("laws", "settings", "faults")},
             }
         )
+        _refuse_impossible(plan)
     except OSError as error:
         raise UsageError(f"{path}: cannot be read ({error.strerror}); is --out the folder of a sweep?") from None
-    except (ValueError, KeyError, TypeError, RecursionError):
+    except (ValueError, LookupError, TypeError, RecursionError):
         raise UsageError(f"{path}: is no plan of a sweep; choose another --out") from None
     return plan, found
+
+
+def _refuse_impossible(plan: Plan) -> None:
+    """Raise a TypeError or ValueError for values that no plan has, as somebody's editor may leave them."""
+    numbers = (plan.n, plan.grid, plan.seed, *(plan.seeds or ()))
+    texts = (plan.scenario, *plan.laws, *plan.settings, *plan.faults, *(axis.key for axis in plan.axes))
+    if not (all(type(one) is int and one >= 0 for one in numbers) and all(isinstance(one, str) for one in texts)):
+        raise TypeError
+    first, end = plan.seeds or (0, 1)
+    ranges = [axis for axis in plan.axes if not axis.choices]
+    possible = plan.axes and bool(plan.n) != bool(plan.grid) and first < end
+    if not (possible and all((0.0 if axis.log else -math.inf) < axis.low < axis.high < math.inf for axis in ranges)):
+        raise ValueError
 
 
 def refuse_other(there: Plan, here: Plan, folder: Path) -> None:
@@ -178,4 +195,4 @@ def laws_of(text: str | None) -> tuple[str, ...]:
 
 def _short(value: Any) -> str:
     text = ", ".join(map(_short, value)) if isinstance(value, Sequence) and not isinstance(value, str) else str(value)
-    return text if len(text) <= 60 else f"{text[:56]} ..."
+    return text or "none" if len(text) <= 60 else f"{text[:56]} ..."

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from firmware_py.error_text import shortened
 from firmware_py.run import provenance
 from firmware_py.run.run_folders import run_folder
 from firmware_py.run.usage_error import UsageError
@@ -43,7 +44,9 @@ def planned(options: argparse.Namespace, console: Console) -> tuple[Flights, Pat
     there = options.out / PLAN if options.out is not None else None
     if there is not None and there.exists():
         with _locked(options.out) as store:
-            return _going_on(options, there, console), options.out, store
+            flights = _going_on(options, there, console)
+            _refuse_foreign(store, flights)
+            return flights, options.out, store
     if not options.vary:
         raise UsageError(f"sweep: nothing is varied; give --vary {FORM}")
     request = FlightRequest(options.scenario, options.config, io=options.io)
@@ -70,6 +73,16 @@ def _locked(folder: Path) -> Iterator[LineStore]:
     except BaseException:
         store.close()
         raise
+
+
+def _refuse_foreign(store: LineStore, flights: Flights) -> None:
+    """Refuse rows that are none of these flights."""
+    columns = {"flight", "sample", "seed", "law", "error", "completed"}
+    for row in store.rows():
+        if not columns <= row.keys() or row["key"] != str(row["flight"]) or row["flight"] not in range(len(flights)):
+            raise UsageError(
+                f"{store.path}: row {shortened(str(row['key']))} is none of this sweep; choose another --out"
+            )
 
 
 def _going_on(options: argparse.Namespace, path: Path, console: Console) -> Flights:
