@@ -151,6 +151,19 @@ def test_what_is_wrong_is_one_line(asked: dict, said: str) -> None:
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("seed", [-1, 1.5, "a", None, math.nan])
+def test_a_seed_that_is_none_is_one_line(seed: object) -> None:
+    for asked in (lambda: sternplane.fly(SHORT, seed=seed), lambda: sternplane.make_plant(seed=seed)):
+        with pytest.raises(sternplane.UsageError, match=r"^seed = .*: must be a whole number, 0 or more$"):
+            asked()
+
+
+@pytest.mark.parametrize("rate", [0, -100, 12.5])
+def test_a_rate_that_is_none_is_one_line(rate: object) -> None:
+    with pytest.raises(sternplane.UsageError, match=r"^rate = .*: must be a whole number, 1 or more$"):
+        sternplane.make_plant(rate=rate)
+
+
 def test_a_law_by_its_built_in_name() -> None:
     pid = sternplane.fly({**SHORT, "duration_s": 1.0}, law="pid")
     assert pid.recording.log.header["configuration"]["autopilot"]["control"]["law"] == "pid"

@@ -7,7 +7,7 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from sternplane.library.kernels import ready
-from sternplane.library.scenarios import request_of
+from sternplane.library.scenarios import request_of, whole_number
 from sternplane.library.vehicles import Settings
 
 if TYPE_CHECKING:
@@ -40,15 +40,16 @@ def make_plant(
         set: single values laid upon the files, such as {"truth.M_q": -0.006, "truth.current": 0.2}.
 
     Raises:
-        ParamError: in one line, which file and key is wrong, and what would be right.
+        ParamError, UsageError: in one line, what is wrong, and what would be right.
         PlantError: from `step`: another number of fins, or a state that is no longer finite.
     """
     ready()
     from sim_bridge.build import plant_and_instruments
     from sternplane.sitl.request import read_devices, read_scenario, read_truth
 
+    rate = whole_number("rate", rate, least=1)
     request = request_of(scenario, config, seed=seed, set=set)
     flown = read_scenario(request)
     devices = read_devices(request, flown).within(rate)
-    plant, _ = plant_and_instruments(read_truth(request), devices, flown, seed, rate)
+    plant, _ = plant_and_instruments(read_truth(request), devices, flown, request.seed, rate)
     return plant

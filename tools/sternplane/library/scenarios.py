@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Mapping, Sequence
 from os import PathLike, fspath
 from typing import TYPE_CHECKING, Any
 
+from firmware_py.error_text import quoted
+from firmware_py.run.usage_error import UsageError
 from sternplane.library.vehicles import Settings, folder_of, texts_of
 
 if TYPE_CHECKING:
@@ -29,7 +32,9 @@ def request_of(
 
     Raises:
         ParamError: there is no such scenario.
+        UsageError: the seed is none.
     """
+    seed = whole_number("seed", seed, least=0)
     from firmware_py import config_files
     from firmware_py.adapters.storage.toml_files import read_toml
     from sim_bridge.scenarios import scenario_path
@@ -40,3 +45,18 @@ def request_of(
     if over:
         table = config_files.merge(read_toml(scenario_path(name, SCENARIOS)) if table is None else table, over)
     return FlightRequest(name, folder_of(config), seed=seed, faults=tuple(faults), table=table, settings=texts_of(set))
+
+
+def whole_number(name: str, value: Any, least: int) -> int:
+    """Return an argument that is a whole number, of numpy too.
+
+    Raises:
+        UsageError: it is none, or is too small.
+    """
+    try:
+        number = operator.index(value)
+    except TypeError:
+        number = least - 1
+    if number < least:
+        raise UsageError(f"{name} = {quoted(value)}: must be a whole number, {least} or more")
+    return number
