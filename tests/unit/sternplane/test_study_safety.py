@@ -15,6 +15,7 @@ from sternplane.study.safety.judge import Ending, Judge
 from sternplane.study.safety.mission import DEPTH_MAX, ONSETS
 from sternplane.study.safety.page import page
 from sternplane.study.safety.store import Store
+from sternplane.study.safety.struck import FINS, ON_BUS, struck
 from sternplane.study.safety.verdict import judge, rows
 
 from firmware_py.adapters.storage.toml_files import read_toml
@@ -152,6 +153,11 @@ def said(t, kind, fault, name):
     return (t, 5.0, Mode.MISSION, Cause.ORDERED, {"events": (event(kind, float(fault), name=name),)})
 
 
+def both_doubted(t, *names):
+    doubts = tuple(event(EventKind.SENSOR_SUSPECT, float(SourceFault.UNDECIDED), name=name) for name in names)
+    return (t, 5.0, Mode.MISSION, Cause.ORDERED, {"events": doubts})
+
+
 LOST, JAMMED = EventKind.SENSOR_LOST, EventKind.ACTUATOR_FAULT
 
 
@@ -186,6 +192,100 @@ def test_what_physics_forbids_is_shown_and_does_not_count():
     found = rows([flown(title, deep, 2)])
     assert all(row.ok is not False for row in found if row.case == "safe")
     assert [row.value for row in found if row.figure == f"beyond the bound, unsafe: {title}"] == [1.0]
+
+
+SUSPECT = EventKind.SENSOR_SUSPECT
+
+
+@pytest.mark.parametrize(
+    ("faults", "names"),
+    [
+        (("off:altimeter@9",), {"altitude"}),
+        (("set:dvl.altitude=1@9", "off:esc@9"), {"dvl", "propeller"}),
+        (("off:battery@9",), {"battery", "leak"}),
+        (("nan:battery@9",), {"battery"}),
+        (("off:leak@9",), {"leak"}),
+        (("silent:servo_hub@9",), set(FINS)),
+        (("jam:rudder_upper=3@9+5",), {"rudder_upper"}),
+        (("stuck:weight@9",), {"drop weight"}),
+        (("off:bus@9",), set(ON_BUS)),
+        (("lossy:bus=30@9", "babble:bus=7500@9"), set()),
+        (("ballast:weight=1@9", "set:current.east=1@9", "lost:station@9", "full:disk@9"), set()),
+    ],
+)
+def test_what_a_fault_strikes_is_known_by_the_names_of_the_events(faults, names):
+    assert struck(faults) == names
+
+
+@pytest.mark.parametrize(
+    ("title", "steps", "accused"),
+    [
+        ("off:ahrs", [said(20.5, LOST, SourceFault.SILENT, "ahrs")], []),
+        ("off:ahrs", [said(85.0, SUSPECT, SourceFault.DRIFT, "dvl")], ["dvl"]),
+        ("off:dvl", [said(22.0, JAMMED, ActuatorFault.LOST, "rudder_upper")], ["rudder_upper"]),
+        ("jam:stern_port=23", [said(20.8, JAMMED, ActuatorFault.JAMMED, "rudder_upper")], ["rudder_upper"]),
+        # frames are lost: who sends several at once may be silent, and nobody else speaks
+        ("lossy:bus=30", [said(30.0, LOST, SourceFault.SILENT, "battery")], []),
+        ("lossy:bus=30", [said(30.0, SUSPECT, SourceFault.TWO_SENDERS, "ahrs")], ["ahrs"]),
+        ("lossy:ahrs=90", [said(30.0, SUSPECT, SourceFault.TWO_SENDERS, "ahrs")], ["ahrs"]),
+        ("duplicate:ahrs.yaw=90", [said(30.0, SUSPECT, SourceFault.TWO_SENDERS, "ahrs")], []),
+        ("set:current.east=2", [said(30.0, SUSPECT, SourceFault.CURRENT, "dvl")], []),
+        ("set:current.east=2", [said(30.0, SUSPECT, SourceFault.FROZEN, "dvl")], ["dvl"]),
+        # of two that contradict each other both are named, but not one alone, and not against one that is known
+        ("drift:ahrs.pitch=0.5", [both_doubted(30.0, "dvl", "ahrs")], []),
+        ("drift:ahrs.pitch=0.5", [said(30.0, SUSPECT, SourceFault.UNDECIDED, "dvl")], ["dvl"]),
+        ("drift:ahrs.pitch=0.5", [both_doubted(30.0, "dvl", "pressure")], ["dvl", "pressure"]),
+        (
+            "drift:ahrs.pitch=0.5",
+            [
+                said(30.0, SUSPECT, SourceFault.DRIFT, "ahrs"),
+                said(30.2, SUSPECT, SourceFault.UNDECIDED, "dvl"),
+            ],
+            ["dvl"],
+        ),
+    ],
+)
+def test_what_nothing_struck_and_nothing_allows_to_name_is_counted(title, steps, accused):
+    flight = flown(title, [SAFE[0], *steps, SAFE[1]])
+    assert [name for name, _ in judge(flight).accused] == accused
+    row = next(row for row in rows([flight]) if row.figure == f"something sound is named, %: {title}")
+    assert row.ok is not bool(accused)
+
+
+LEFT = (50.0, 9.0, Mode.SURFACE, Cause.ATTITUDE_LOST)
+
+
+@pytest.mark.parametrize(
+    ("title", "steps", "ended"),
+    [
+        ("lossy:bus=30", [LEFT], "ATTITUDE_LOST"),
+        ("off:dvl", [(50.0, 9.0, Mode.RETURN, Cause.BATTERY_SILENT)], "BATTERY_SILENT"),
+        ("off:ahrs", [LEFT], ""),
+        ("lossy:bus=30", [], ""),
+        ("lossy:bus=30", [SAFE[1], (150.0, 0.2, Mode.DISARMED, Cause.SURFACED), (160.0, 2.0, *LEFT[2:])], ""),
+    ],
+)
+def test_a_mission_that_a_rule_ends_without_cause_is_counted(title, steps, ended):
+    flight = flown(title, [SAFE[0], *steps])
+    assert judge(flight).ended == ended
+    found = [row.ok for row in rows([flight]) if row.figure == f"a rule ends the mission, %: {title}"]
+    assert found == ([] if title == "off:ahrs" else [not ended])
+
+
+def test_a_few_of_many_flights_may_do_something_without_cause():
+    few = [flown("off:dvl", [SAFE[0], LEFT, SAFE[1]] if seed == 1000 else SAFE, 0, seed) for seed in range(1000, 1020)]
+    figure = "a rule ends the mission, %: off:dvl"
+    assert [row.ok for row in rows(few) if row.figure == figure] == [True]
+    assert [row.ok for row in rows(few[:19]) if row.figure == figure] == [False]
+
+
+def test_what_a_trial_wants_to_be_named_is_struck_and_what_it_allows_is_not():
+    for trial in TRIALS.values():
+        ours = struck(trial.at(trial.onsets[0]))
+        assert trial.named is None or set(trial.named.names) <= ours, trial.title
+        for one in trial.allowed:
+            assert not ours & set(one.names), trial.title
+            assert {*one.kinds} <= {*SourceFault.__members__, *ActuatorFault.__members__}, trial.title
 
 
 def test_a_spike_may_neither_change_the_mode_nor_move_the_depth():

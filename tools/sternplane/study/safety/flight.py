@@ -15,6 +15,7 @@ from sternplane.sitl.flight import Flight, FlightRequest, fly, prepare
 from sternplane.study.safety.campaign import TRIALS, Job
 from sternplane.study.safety.judge import Ending, Judge
 from sternplane.study.safety.mission import DEPTH_MAX, NPS, quiet_scenario, scenario
+from sternplane.study.safety.verdict import judge
 
 
 def run(job: Job, logs: str, revision: str) -> dict[str, Any]:
@@ -24,20 +25,19 @@ def run(job: Job, logs: str, revision: str) -> dict[str, Any]:
         file = Path(name) / "study.toml"
         file.write_text(written(job), encoding="utf-8")
         flight = prepare(FlightRequest(scenario=str(file), config=configs() / _vehicle(job), seed=job.seed), {})
-        judge = _judge(flight, job)
+        witness = _judge(flight, job)
         log = Path(logs) / job.file
-        outcome = fly(flight, log, witness=judge)
+        outcome = fly(flight, log, witness=witness)
         if outcome.reason == "interrupted":
             raise KeyboardInterrupt
-        found = judge.found
+        found = witness.found
         found.aground = "aground" in outcome.reason
         found.not_finite += "no longer finite" in outcome.reason
         ending = found.ending(DEPTH_MAX)
         if not job.trial and ending is Ending.LOST:
             ending = Ending.FLOWN  # it flies to its last second, and has no need to come up
         replayed = _replayed(log) if job.replay else ""
-    keep = job.keep or ending.unsafe or replayed not in ("", "equal") or (not job.trial and bool(found.said))
-    return {
+    row = {
         "key": job.key,
         "trial": job.trial,
         "onset": job.onset,
@@ -47,12 +47,13 @@ def run(job: Job, logs: str, revision: str) -> dict[str, Any]:
         "revision": revision,
         "ending": ending.value,
         "log": f"{log.parent.name}/{log.name}",
-        "keep": keep,
         "replay": replayed,
         "outcome": outcome.reason,
         "cpu_s": round(time.process_time() - began, 2),
         "found": found.plain(),
     }
+    wrong = judge(row).wrong if job.trial else bool(found.said)
+    return row | {"keep": job.keep or ending.unsafe or wrong or replayed not in ("", "equal")}
 
 
 def written(job: Job) -> str:

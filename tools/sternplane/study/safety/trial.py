@@ -33,14 +33,36 @@ class Bound(NamedTuple):
     onsets: tuple[int, ...] = (0, 1, 2)
 
 
+class Allowed(NamedTuple):
+    """What may be called faulty though no fault strikes it, because nothing aboard can know better.
+
+    Attributes:
+        names: sensors and actuators.
+        kinds: as what they may be named (names of `SourceFault` and `ActuatorFault`).
+        why: the reason, as the report shows it.
+    """
+
+    names: tuple[str, ...]
+    kinds: tuple[str, ...]
+    why: str
+
+    def covers(self, name: str, kind: str) -> bool:
+        """Return whether something may be named so."""
+        return name in self.names and kind in self.kinds
+
+
 class Trial(NamedTuple):
     """A fault, or several at once.
+
+    What the faults strike may be called faulty (`struck`), and of others only what is allowed.
 
     Attributes:
         title: as the report shows it.
         faults: as `faults.fault` reads them, with {t} where the onset goes.
         named: how it is to be named; None where it need not be: `note` says why.
         note: a sentence, mostly why it cannot be seen, or need not.
+        ends: why a rule may end the mission; "" where none has reason to.
+        allowed: what else may be called faulty.
         bound: what physics forbids; None if nothing.
         target: further judgement: "spike" (no change of mode, depth error), "fix" (at the surface, told by a fix).
         profile: (north, depth) of the bottom, m; empty is flat.
@@ -57,6 +79,8 @@ class Trial(NamedTuple):
     faults: tuple[str, ...]
     named: Named | None = None
     note: str = ""
+    ends: str = ""
+    allowed: tuple[Allowed, ...] = ()
     bound: Bound | None = None
     target: str = ""
     profile: tuple[tuple[float, float], ...] = ()

@@ -11,10 +11,13 @@ from firmware_py.records.event import INTENDED_CAUSES, Cause
 from sternplane.study.rows import Row
 from sternplane.study.safety.campaign import TRIALS
 from sternplane.study.safety.judge import Ending
+from sternplane.study.safety.soundness import accused, needless_end
 from sternplane.study.safety.trial import EARLY, Trial
 
 SHARE = 95.0
 """So many of a hundred flights must name the fault, %."""
+WRONG = 5.0
+"""In so many of a hundred flights of a trial something sound may be named, or the mission be ended for nothing, %."""
 SPIKE_DEPTH = 0.3
 """Greatest error of the estimated depth that one false value may cause, m."""
 _TICK = 0.005
@@ -32,6 +35,8 @@ class Verdict(NamedTuple):
         ending: how it ended.
         excused: physics forbids better here.
         named: s from the onset until it was named; infinite if never.
+        accused: (name, fault) of what was called faulty and is not.
+        ended: the cause of the rule that ended the mission without cause; "" if none did.
         early: what was said or done before the fault began.
         climb: s from the onset until it was at the surface for good; infinite if never.
     """
@@ -41,6 +46,8 @@ class Verdict(NamedTuple):
     ending: Ending
     excused: bool
     named: float
+    accused: tuple[tuple[str, str], ...]
+    ended: str
     early: bool
     climb: float
 
@@ -48,6 +55,11 @@ class Verdict(NamedTuple):
     def unsafe(self) -> bool:
         """Whether it counts as unsafe."""
         return self.ending.unsafe and not self.excused
+
+    @property
+    def wrong(self) -> bool:
+        """Whether it says or does something without cause."""
+        return bool(self.accused or self.ended)
 
     @property
     def in_time(self) -> bool:
@@ -70,6 +82,8 @@ def judge(flight: Mapping[str, Any]) -> Verdict:
         Ending(flight["ending"]),
         trial.bound is not None and flight["onset"] in trial.bound.onsets,
         _named(trial, found, onset),
+        accused(trial, flight["onset"], found),
+        needless_end(trial, found),
         any(t < begun - _TICK for t in _told(trial, found)) and bool(trial.faults),
         math.inf if up is None else up - onset,
     )
@@ -104,6 +118,7 @@ def rows(flights: Sequence[Mapping[str, Any]]) -> list[Row]:
     return [
         *_safety(verdicts),
         *_naming(verdicts),
+        *_soundness(verdicts),
         *_spikes(verdicts),
         *_fixes(verdicts),
         *_alarms(verdicts, quiet),
@@ -152,11 +167,21 @@ def _naming(verdicts: Sequence[Verdict]) -> list[Row]:
         within = "" if wanted.within is None else f" within {wanted.within:g} s"
         share = 100.0 * sum(v.in_time for v in those) / len(those)
         found.append(Row("named", f"named{within}, %: {title}", share, (SHARE, 100.0), len(those)))
-        accused = _count(any(name not in wanted.names for _, name, _ in v.flight["found"]["said"]) for v in those)
-        found.append(Row("named", f"flights in which something else is named too: {title}", accused, None, len(those)))
         found.append(
             Row("named", f"median time until named, s: {title}", median(v.named for v in those), None, len(those))
         )
+    return found
+
+
+def _soundness(verdicts: Sequence[Verdict]) -> list[Row]:
+    found = []
+    for title, those in by_trial(verdicts).items():
+        n = len(those)
+        share = 100.0 * sum(bool(v.accused) for v in those) / n
+        found.append(Row("without cause", f"something sound is named, %: {title}", share, WRONG, n))
+        if not those[0].trial.ends:
+            share = 100.0 * sum(bool(v.ended) for v in those) / n
+            found.append(Row("without cause", f"a rule ends the mission, %: {title}", share, WRONG, n))
     return found
 
 
