@@ -272,11 +272,23 @@ def test_a_mission_that_a_rule_ends_without_cause_is_counted(title, steps, ended
     assert found == ([] if title == "off:ahrs" else [not ended])
 
 
-def test_a_few_of_many_flights_may_do_something_without_cause():
+def test_a_few_of_many_flights_may_do_something_without_cause_and_are_shown():
     few = [flown("off:dvl", [SAFE[0], LEFT, SAFE[1]] if seed == 1000 else SAFE, 0, seed) for seed in range(1000, 1020)]
     figure = "a rule ends the mission, %: off:dvl"
     assert [row.ok for row in rows(few) if row.figure == figure] == [True]
     assert [row.ok for row in rows(few[:19]) if row.figure == figure] == [False]
+    for those, mood in ((few, "warn"), (few[:19], "bad")):
+        html = page(those, rows(those), ["one"], [])
+        assert f'<span class="chip {mood}" title="attitude lost (1)">⇡</span>' in html
+        assert f'<td class="outcome {mood}">⇡ 1</td>' in html
+        assert ("ended without cause in 1 of 19 flights: attitude lost (1)" in html) == (mood == "bad")
+
+
+def test_the_page_says_what_else_may_be_named_and_why_a_rule_may_end_the_mission():
+    flights = [flown("set:current.east=2", SAFE), flown("off:ahrs", SAFE)]
+    html = page(flights, rows(flights), ["one"], [])
+    assert "dvl may be named too: no water changes so at once" in html
+    assert "a rule may end it: without a tilt to believe it comes up" in html
 
 
 def test_what_a_trial_wants_to_be_named_is_struck_and_what_it_allows_is_not():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +15,13 @@ from sternplane.study.safety.columns import COLUMNS
 from sternplane.study.safety.judge import Ending
 from sternplane.study.safety.mission import ONSETS, PLACES
 from sternplane.study.safety.trial import Trial
-from sternplane.study.safety.verdict import SHARE, Verdict, by_trial
+from sternplane.study.safety.verdict import SHARE, WRONG, Verdict, by_trial
 
 _OF = {column.ending: column for column in COLUMNS}
 _WORSE = tuple(Ending)
 """From the best to the worst."""
+ACCUSED, ENDED = "≠", "⇡"
+"""Marks of flights that name something sound, and of those that a rule ended without cause."""
 _MOST = 20
 """So many lines say what is not as it should be."""
 
@@ -37,7 +39,9 @@ def overview(verdicts: Sequence[Verdict]) -> Markup:
             columns=COLUMNS,
             groups=[group for group in groups if group[1]],
             places=", ".join(PLACES),
-            wrong=[line for of in (_unsafe, _unnamed) for those in found.values() for line in of(those)],
+            wrong=[
+                line for of in (_unsafe, _unnamed, _accused, _ended) for those in found.values() for line in of(those)
+            ],
             most=_MOST,
         )
     )
@@ -50,13 +54,45 @@ def named_enough(those: Sequence[Verdict]) -> bool | None:
     return 100.0 * sum(v.in_time for v in those) >= SHARE * len(those)
 
 
+def mood_of_wrong(count: int, those: Sequence[Verdict]) -> str:
+    """Return the colour of so many flights that say or do something without cause; "" for none."""
+    return "bad" if 100.0 * count > WRONG * len(those) else "warn" if count else ""
+
+
+def accused_of(those: Sequence[Verdict]) -> str:
+    """Return what sound was named as what, and in how many flights."""
+    return counted(f"{name} {words(kind)}" for v in those for name, kind in v.accused)
+
+
+def counted(texts: Iterable[str]) -> str:
+    """Return what was most often said, and how often."""
+    return ", ".join(f"{text} ({n})" for text, n in Counter(texts).most_common(6))
+
+
+def words(cause: str) -> str:
+    """Return the name of a cause or fault as words."""
+    return cause.lower().replace("_", " ")
+
+
 def _entry(trial: Trial, those: Sequence[Verdict]) -> dict[str, Any]:
     return {
         "title": trial.title,
         "anchor": trial.name,
         "squares": [_square(place, [v for v in those if v.flight["onset"] == i]) for i, place in enumerate(PLACES)],
         "named": named_enough(those),
+        "marks": [
+            _mark(ACCUSED, sum(bool(v.accused) for v in those), those, accused_of(those)),
+            _mark(ENDED, sum(bool(v.ended) for v in those), those, _ends_of(those)),
+        ],
     }
+
+
+def _mark(symbol: str, count: int, those: Sequence[Verdict], text: str) -> dict[str, str]:
+    return {"symbol": symbol, "mood": mood_of_wrong(count, those), "words": text}
+
+
+def _ends_of(those: Sequence[Verdict]) -> str:
+    return counted(words(v.ended) for v in those if v.ended)
 
 
 def _square(place: str, those: Sequence[Verdict]) -> Mapping[str, str]:
@@ -89,6 +125,22 @@ def _unnamed(those: Sequence[Verdict]) -> Iterator[dict[str, str]]:
         missed = [v for v in those if not v.in_time]
         text = f"named in time in {len(those) - len(missed)} of {len(those)} flights"
         yield _linked(those[0].trial, text, missed)
+
+
+def _accused(those: Sequence[Verdict]) -> Iterator[dict[str, str]]:
+    """Yield a trial in which something sound is named too often, with a log."""
+    found = [v for v in those if v.accused]
+    if mood_of_wrong(len(found), those) == "bad":
+        text = f"something sound named in {len(found)} of {len(those)} flights: {accused_of(found)}"
+        yield _linked(those[0].trial, text, found)
+
+
+def _ended(those: Sequence[Verdict]) -> Iterator[dict[str, str]]:
+    """Yield a trial in which a rule ends the mission without cause too often, with a log."""
+    found = [v for v in those if v.ended]
+    if mood_of_wrong(len(found), those) == "bad":
+        text = f"ended without cause in {len(found)} of {len(those)} flights: {_ends_of(found)}"
+        yield _linked(those[0].trial, text, found)
 
 
 def _linked(trial: Trial, text: str, those: Sequence[Verdict]) -> dict[str, str]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from statistics import median
@@ -20,7 +19,16 @@ from sternplane.study.safety.campaign import GROUPS, LEFT_OUT
 from sternplane.study.safety.columns import COLUMNS, Column
 from sternplane.study.safety.judge import SURFACE, TOO_DEEP
 from sternplane.study.safety.mission import BOTTOM, DEPTH_MAX, ONSETS, PLACES
-from sternplane.study.safety.overview import named_enough, overview
+from sternplane.study.safety.overview import (
+    ACCUSED,
+    ENDED,
+    accused_of,
+    counted,
+    mood_of_wrong,
+    named_enough,
+    overview,
+    words,
+)
 from sternplane.study.safety.trial import Trial
 from sternplane.study.safety.verdict import Verdict, by_trial, judge
 
@@ -56,6 +64,8 @@ def page(
                     ("unsafe", str(unsafe)),
                     ("unsafe, beyond a bound of physics", str(excused)),
                     ("named in time", f"{sum(v.in_time for v in named)} of {len(named)}"),
+                    ("something sound named", str(sum(bool(v.accused) for v in verdicts))),
+                    ("ended without cause", str(sum(bool(v.ended) for v in verdicts))),
                     ("weight released", str(sum(v.flight["found"]["t_drop"] is not None for v in verdicts))),
                     ("deepest", f"{max((v.flight['found']['deepest'] for v in verdicts), default=math.nan):.1f} m"),
                 )
@@ -94,8 +104,8 @@ def _line(trial: Trial, those: Sequence[Verdict]) -> dict[str, Any]:
     times = [v.named for v in those if math.isfinite(v.named)]
     wanted = trial.named
     in_time = sum(v.in_time for v in those)
-    said = _most(f"{name} {_words(kind)}" for f in found for name, kind in _first(f["said"]))
-    done = _most(word for f in found for word in _done(f))
+    said = counted(f"{name} {words(kind)}" for f in found for name, kind in _first(f["said"]))
+    done = counted(word for f in found for word in _done(f))
     note = trial.bound.why if trial.bound else trial.note
     within = f" ({wanted.within:g})" if wanted and wanted.within is not None else ""
     return {
@@ -107,11 +117,35 @@ def _line(trial: Trial, those: Sequence[Verdict]) -> dict[str, Any]:
         "bottom": f"{min(f['bottom'] for f in found):.1f}",
         "pitch": f"{max(f['pitch'] for f in found):.0f}",
         "climb": _range(up, ".0f") if up else "never",
-        "named": f"{in_time} of {len(those)}" if wanted else "–",
+        "named": f"{in_time}/{len(those)}" if wanted else "–",
         "named_mood": {None: "note", True: "good", False: "bad"}[named_enough(those)],
-        "after": (f"{_range(times, '.2f')}{within}" if times else f"never{within}") if wanted else "",
-        "words": [words for words in (_labelled("named", said), _labelled("done", done), note) if words],
+        "after": (f"{_range(times, '.3g')}{within}" if times else f"never{within}") if wanted else "",
+        "wrong": _wrong(those),
+        "words": [
+            text
+            for text in (
+                _labelled("named", said),
+                _labelled("named, but sound", accused_of(those)),
+                _labelled("done", done),
+                note,
+                *(_labelled(f"{' or '.join(one.names)} may be named too", one.why) for one in trial.allowed),
+                _labelled("a rule may end it", trial.ends),
+            )
+            if text
+        ],
     }
+
+
+def _wrong(those: Sequence[Verdict]) -> dict[str, Any]:
+    """Count the flights that name something sound and those that end without cause, each with a log."""
+    marked = ((ACCUSED, [v for v in those if v.accused]), (ENDED, [v for v in those if v.ended]))
+    moods = {mood_of_wrong(len(found), those) for _, found in marked}
+    parts = [
+        {"text": f"{symbol} {len(found)}", "log": next((v.flight["log"] for v in found if v.flight["log"]), "")}
+        for symbol, found in marked
+        if found
+    ]
+    return {"mood": "bad" if "bad" in moods else "warn" if parts else "", "parts": parts}
 
 
 def _range(values: Sequence[float], form: str) -> str:
@@ -120,8 +154,8 @@ def _range(values: Sequence[float], form: str) -> str:
     return low if low == high else f"{low} … {high}"
 
 
-def _labelled(label: str, words: str) -> str:
-    return f"{label}: {words}" if words else ""
+def _labelled(label: str, text: str) -> str:
+    return f"{label}: {text}" if text else ""
 
 
 def _cell(column: Column, those: Sequence[Verdict]) -> dict[str, Any]:
@@ -141,23 +175,14 @@ def _cell(column: Column, those: Sequence[Verdict]) -> dict[str, Any]:
 def _done(found: Mapping[str, Any]) -> set[str]:
     """Return the rules that spoke, and what was done in coming up beyond the ordinary."""
     plain = (AscentStage.NONE.name, AscentStage.POWERED.name, AscentStage.LEVEL.name)
-    stages = {f"stage {_words(stage)}" for _, stage in found["stages"] if stage not in plain}
+    stages = {f"stage {words(stage)}" for _, stage in found["stages"] if stage not in plain}
     return (
-        {_words(cause) for _, cause in found["rules"]} | stages | ({"weight"} if found["t_drop"] is not None else set())
+        {words(cause) for _, cause in found["rules"]} | stages | ({"weight"} if found["t_drop"] is not None else set())
     )
 
 
 def _first(said: Iterable[Sequence[Any]]) -> set[tuple[str, str]]:
     return {(name, kind) for _, name, kind in said}
-
-
-def _most(words: Iterable[str]) -> str:
-    """Return what was most often said, and how often."""
-    return ", ".join(f"{word} ({n})" for word, n in Counter(words).most_common(6))
-
-
-def _words(cause: str) -> str:
-    return cause.lower().replace("_", " ")
 
 
 def _targets(rows: Sequence[Row]) -> Table:
