@@ -215,6 +215,7 @@ def _from_start(
 
 
 _SINKS = "nothing contradicts it until the vehicle has sunk by a metre"
+_DRIFTS = "as a current along the hull would look, until the vehicle turns or dives"
 START = Group(
     "Sensors: wrong from the start",
     (
@@ -223,6 +224,10 @@ START = Group(
             "blocked pressure port", ("set:pressure=0@{t}", "noise:pressure=0.02@0.2"), "pressure", _SINKS, _NO_DEPTH
         ),
         _from_start("freeze:dvl from the start", ("freeze:dvl@{t}",), "dvl", "it rests until the propeller has driven"),
+        *(
+            _from_start(f"bias:dvl.u={value} from the start", (f"bias:dvl.u={value}@{{t}}",), "dvl", _DRIFTS)
+            for value in ("-1.5", "1.5")
+        ),
         Trial(
             "freeze:altimeter over a ridge",
             ("freeze:altimeter@{t}",),
