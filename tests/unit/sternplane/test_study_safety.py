@@ -8,9 +8,10 @@ from types import SimpleNamespace
 
 import pytest
 from sternplane.cli import main
+from sternplane.sitl.flight import FlightRequest, prepare
 from sternplane.study.safety import command
 from sternplane.study.safety.campaign import LEFT_OUT, TRIALS, Job, jobs
-from sternplane.study.safety.flight import written
+from sternplane.study.safety.flight import with_bar30, written
 from sternplane.study.safety.judge import Ending, Judge
 from sternplane.study.safety.mission import DEPTH_MAX, ONSETS
 from sternplane.study.safety.page import page
@@ -18,6 +19,7 @@ from sternplane.study.safety.store import Store
 from sternplane.study.safety.struck import FINS, ON_BUS, struck
 from sternplane.study.safety.verdict import judge, rows
 
+from firmware_py.adapters.installation import configs
 from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.marine import Eta
 from firmware_py.records.event import Cause, Event, EventKind, Severity
@@ -355,6 +357,16 @@ def test_a_scenario_of_a_job_is_one(tmp_path):
         assert len(table["faults"]) == title.count(":")
         assert bool(table["environment"].get("bottom")) == title.startswith("bottom")
         assert all(f"@{ONSETS[1]:g}" in fault for fault in table["faults"])
+
+
+def test_a_bar30_measures_in_place_of_the_node_with_less_noise_than_it_has_steps(tmp_path):
+    scenario = tmp_path / "one.toml"
+    scenario.write_text(written(Job("freeze:pressure in steps wider than its noise", 0, 1000)))
+    vehicle = configs() / "npsauv2"
+    flight = prepare(FlightRequest(scenario=str(scenario), config=vehicle, io=with_bar30(vehicle, tmp_path)), {})
+    assert flight.io.nodes.pressure == 0
+    assert [one.driver for one in flight.io.instruments] == ["waterlink", "bar30"]
+    assert flight.devices.pressure.noise == 1.0
 
 
 @pytest.fixture

@@ -24,7 +24,9 @@ def run(job: Job, logs: str, revision: str) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as name:
         file = Path(name) / "study.toml"
         file.write_text(written(job), encoding="utf-8")
-        flight = prepare(FlightRequest(scenario=str(file), config=configs() / _vehicle(job), seed=job.seed), {})
+        config = configs() / _vehicle(job)
+        io = with_bar30(config, Path(name)) if job.trial and TRIALS[job.trial].coarse else None
+        flight = prepare(FlightRequest(scenario=str(file), config=config, seed=job.seed, io=io), {})
         witness = _judge(flight, job)
         log = Path(logs) / job.file
         outcome = fly(flight, log, witness=witness)
@@ -69,11 +71,20 @@ def written(job: Job) -> str:
         watch=trial.watch,
         vehicle=trial.vehicle,
         afloat=trial.afloat,
+        coarse=trial.coarse,
     )
 
 
 def _vehicle(job: Job) -> str:
     return TRIALS[job.trial].vehicle if job.trial else NPS
+
+
+def with_bar30(config: Path, folder: Path) -> Path:
+    """Write the io file of a vehicle that measures pressure by a Bar30 in place of a node, and return its place."""
+    nodes = [line for line in (config / "io_sitl.toml").read_text().splitlines() if not line.startswith("pressure = ")]
+    file = folder / "io.toml"
+    file.write_text("\n".join([*nodes, "[[instruments]]", 'driver = "bar30"', 'port = "i2c:1"', ""]))
+    return file
 
 
 def _judge(flight: Flight, job: Job) -> Judge:

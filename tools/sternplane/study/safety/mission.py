@@ -48,6 +48,10 @@ fix = { noise_m = 4.0 }
 battery = { noise_v = 0.04 }
 leak = { noise_pct = 1.0 }
 """
+_COARSE = """
+[sensors]
+pressure = { noise_pa = 1.0 }
+"""
 _UNDER_WAY = """depth_m = 4.0
 u_m_s = {speed}
 n_rpm = {rpm}"""
@@ -71,6 +75,7 @@ def scenario(
     watch: float = 0.0,
     vehicle: str = NPS,
     afloat: bool = False,
+    coarse: bool = False,
 ) -> str:
     """Return the scenario of one flight with faults.
 
@@ -82,9 +87,10 @@ def scenario(
         watch: for how long it is watched after it surfaced and disarmed itself, s.
         vehicle: one of CRUISE.
         afloat: whether it begins at rest at the surface.
+        coarse: whether the pressure has less noise than a Bar30 has steps.
     """
     head, (speed, _) = _head(faults, LONGEST, eddies, learning, profile, vehicle, afloat), CRUISE[vehicle]
-    return f"watch_s = {watch}\n" + head + "".join([waypoint(place, speed) for place in _LEGS])
+    return f"watch_s = {watch}\n" + head + "".join([waypoint(place, speed) for place in _LEGS]) + _COARSE * coarse
 
 
 def quiet_scenario(duration: float, *, eddies: float, learning: bool = True) -> str:

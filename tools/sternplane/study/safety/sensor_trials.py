@@ -229,6 +229,21 @@ START = Group(
             for value in ("-1.5", "1.5")
         ),
         Trial(
+            "pressure in steps wider than its noise",
+            (),
+            note="nothing fails: a Bar30 tells 10 Pa from each other, and repeats itself in level flight",
+            onsets=(0,),
+            coarse=True,
+        ),
+        Trial(
+            "freeze:pressure in steps wider than its noise",
+            ("freeze:pressure@{t}",),
+            Named(("pressure",)),
+            "in level flight repeats say nothing: it is told when the depth changes",
+            _NO_DEPTH,
+            coarse=True,
+        ),
+        Trial(
             "freeze:altimeter over a ridge",
             ("freeze:altimeter@{t}",),
             Named(("altitude",)),

@@ -72,6 +72,7 @@ class Trial(NamedTuple):
         vehicle: what is flown: a name of `mission.CRUISE`.
         from_start: whether it strikes at switch-on instead, and
         afloat: whether the vehicle is at rest at the surface then.
+        coarse: whether depth is measured by a Bar30, in steps of 10 Pa, with less noise than that.
         before: causes of rules that are right to warn before it strikes.
     """
 
@@ -90,6 +91,7 @@ class Trial(NamedTuple):
     vehicle: str = NPS
     from_start: bool = False
     afloat: bool = False
+    coarse: bool = False
     before: tuple[str, ...] = ()
 
     @property
