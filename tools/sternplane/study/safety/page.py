@@ -128,7 +128,13 @@ def _line(trial: Trial, those: Sequence[Verdict]) -> dict[str, Any]:
                 _labelled("named, but sound", accused_of(those)),
                 _labelled("done", done),
                 note,
-                *(_labelled(f"{' or '.join(one.names)} may be named too", one.why) for one in trial.allowed),
+                *(
+                    _labelled(
+                        f"may be named {_either([words(kind) for kind in one.kinds])} too, {_either(one.names)}",
+                        one.why,
+                    )
+                    for one in trial.allowed
+                ),
                 _labelled("a rule may end it", trial.ends),
             )
             if text
@@ -152,6 +158,11 @@ def _range(values: Sequence[float], form: str) -> str:
     """Return median and greatest; one number where they read the same."""
     low, high = f"{median(values):{form}}", f"{max(values):{form}}"
     return low if low == high else f"{low} … {high}"
+
+
+def _either(texts: Sequence[str]) -> str:
+    *others, last = texts
+    return f"{', '.join(others)} or {last}" if others else last
 
 
 def _labelled(label: str, text: str) -> str:
