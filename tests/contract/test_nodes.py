@@ -60,6 +60,13 @@ def test_a_second_speaker_is_named_and_neither_is_believed_until_it_is_gone(divi
     assert (frame.pressure.ok, frame.pressure.value) == (True, DEEP)
 
 
+def test_a_sensor_of_which_a_whole_round_of_transfer_ids_was_lost_is_alone_and_believed(diving) -> None:
+    send(diving.vehicle, NODES["pressure"], pressure(DEEP - 1.0), 99 + 32)
+    frame = diving.vehicle.read(5 * (99 + 32))
+    assert frame.two_senders == 0
+    assert (frame.pressure.fresh, frame.pressure.ok) == (True, True)
+
+
 def test_a_sensor_that_restarts_is_believed_again_with_its_second_message(diving) -> None:
     for i in range(10):
         send(diving.vehicle, NODES["pressure"], pressure(DEEP - i), i + 17)

@@ -167,7 +167,6 @@ def test_losses_are_told_by_source_with_their_share_the_worst_first() -> None:
         "battery_missed": 30,
         "pressure_strays": 40,
         "pressure_missed": 1,
-        "pressure_contradicted": 4,
         "hardpoint_missed": 5,
         "dvl_bad_checksum": 2,
         "lines_of_the_dvl_lost": 3,
@@ -186,7 +185,6 @@ def test_losses_are_told_by_source_with_their_share_the_worst_first() -> None:
         ("CAN bus", "12 frames that could not be sent"),
         ("other nodes of the bus", "10 frames or messages dropped"),
         ("station 2", "7 malformed messages"),
-        ("pressure sensor", "4 contradicted by a second sender"),
     ]
 
 

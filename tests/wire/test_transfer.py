@@ -206,6 +206,16 @@ def test_a_frame_twice_does_no_harm():
     assert len(accept_all(reassembler, single, t=TIMEOUT + 0.1)) == 1
 
 
+@pytest.mark.parametrize("kind", [m.AHRS_SOLUTION, m.STATIC_PRESSURE])
+def test_another_transfer_arrives_after_a_round_of_ids_was_lost(kind):
+    sender, reassembler = TransferSender(7), Reassembler([kind])
+    values = {m.AHRS_SOLUTION: (FLAT, FLAT._replace(timestamp=2))}.get(kind, (PRESSURE, eq.StaticPressure(9e4, 4.0)))
+    first, *_, last = [sender.send(kind, values[i == 32]) for i in range(33)]
+    done = accept_all(reassembler, first + first + last)
+    assert [(one.transfer_id, kind.decode(one.payload)) for one in done] == [(0, values[0]), (0, values[1])]
+    assert reassembler.dropped.duplicate == 1
+
+
 def test_frames_out_of_order_give_no_transfer():
     (frames,) = long_frames(7)
     for i in range(1, 4):

@@ -19,7 +19,7 @@ R = TypeVar("R")
 Frame: TypeAlias = tuple[int, bytes]
 
 TIMEOUT = 2.0
-"""A transfer that is not complete after this time is given up, s; so is the memory of the last transfer id."""
+"""A transfer that is not complete after this time is given up, s; so is the memory of the last one."""
 _SOURCE = 0x7F
 """Bits of an id: the node that sends."""
 _PORT = ~(0x1F << 24 | _SOURCE)
@@ -122,8 +122,7 @@ class Dropped:
     foreign: int = 0
     """A type that was not asked for, or not a frame of this protocol."""
     duplicate: int = 0
-    contradicted: int = 0
-    """Another content under the id of the last transfer: another node sends under the same node id."""
+    """A transfer that has come already: the same id, and the same first frame."""
     lost_start: int = 0
     """A frame of a transfer whose start was not seen, or that has been given up."""
     unfinished: int = 0
@@ -160,7 +159,7 @@ class Reassembler:
         most_open: how many multi-frame transfers may be incomplete at once; the oldest is dropped.
     """
 
-    __slots__ = ("_foreign", "_last_ids", "_most_open", "_open", "_ports", "dropped_from")
+    __slots__ = ("_foreign", "_last", "_most_open", "_open", "_ports", "dropped_from")
 
     def __init__(self, wanted: Iterable[MessageType[Any]], node_id: int = 0, most_open: int = 64) -> None:
         self._ports: dict[int, MessageType[Any]] = {}
@@ -168,7 +167,7 @@ class Reassembler:
             self._ports[can_id(kind, 1, 0, node_id) & _PORT] = kind
         self._most_open = most_open
         self._open: dict[int, _Open] = {}
-        self._last_ids: dict[int, tuple[int, float, bytes]] = {}
+        self._last: dict[int, tuple[float, bytes]] = {}
         self._foreign = 0
         self.dropped_from: dict[int, Dropped] = {}
         """What was dropped by its source; at most 127 of them. What is `foreign` is in `dropped` alone."""
@@ -195,13 +194,12 @@ class Reassembler:
         if tail & (_END | _TOGGLE) != _END:
             self._start(key, data, t)
             return None
-        last_id = self._last_ids.get(key)
-        if last_id is not None and last_id[0] == tail & 31 and t - last_id[1] <= TIMEOUT:
-            self._drop_repeated(key, last_id[2] == data)
+        if self._is_repeated(key, data, t):
+            self._from(key).duplicate += 1
             return None
         if key in self._open:
             self._drop_open(key, t)
-        self._last_ids[key] = (tail & 31, t, data)
+        self._last[key] = t, data
         return Transfer(kind, identifier & _SOURCE, tail & 31, identifier >> 24, data[:-1], t)
 
     def _go_on(self, kind: MessageType[Any], identifier: int, data: bytes, t: float) -> Transfer | None:
@@ -227,18 +225,16 @@ class Reassembler:
         if binascii.crc_hqx(payload[2:], kind.crc_seed) != payload[0] | payload[1] << 8:
             self._from(key).bad_crc += 1
             return None
-        self._last_ids[key] = (tail & 31, transfer.t, transfer.first)
+        self._last[key] = transfer.t, transfer.first
         return Transfer(kind, identifier & _SOURCE, tail & 31, identifier >> 24, payload[2:], transfer.t)
 
     def _start(self, key: int, data: bytes, t: float) -> None:
         """Take the first frame of several."""
-        tail = data[-1]
-        if tail & (_END | _TOGGLE) or len(data) < 8:
+        if data[-1] & (_END | _TOGGLE) or len(data) < 8:
             self._from(key).wrong_toggle += 1
             return
-        last_id = self._last_ids.get(key)
-        if last_id is not None and last_id[0] == tail & 31 and t - last_id[1] <= TIMEOUT:
-            self._drop_repeated(key, last_id[2] == data)
+        if self._is_repeated(key, data, t):
+            self._from(key).duplicate += 1
             return
         if key in self._open:
             self._drop_open(key, t)
@@ -261,12 +257,13 @@ class Reassembler:
         else:
             self._from(key).unfinished += 1
 
-    def _drop_repeated(self, key: int, same: bool) -> None:
-        dropped = self._from(key)
-        if same:
-            dropped.duplicate += 1
-        else:
-            dropped.contradicted += 1
+    def _is_repeated(self, key: int, first: bytes, t: float) -> bool:
+        """Return whether this is the first frame of the last transfer once more.
+
+        The transfer id alone does not say so: it is the same again after 32 transfers, and the 31 between may be lost.
+        """
+        last = self._last.get(key)
+        return last is not None and last[1] == first and t - last[0] <= TIMEOUT
 
     def _from(self, key: int) -> Dropped:
         return self.dropped_from.setdefault(key & _SOURCE, Dropped())

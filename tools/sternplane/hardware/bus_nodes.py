@@ -38,7 +38,6 @@ class BusNodes:
 
     def requests(self, t: float) -> list[Frame]:
         """Return the frames of the questions that are due at t, s; mostly none."""
-        self._monitor.hear_dropped(self._reader.dropped_from, t)
         frames: list[Frame] = []
         while (node := self._monitor.next_request(t)) is not None:
             frames += self._sender.send(GET_NODE_INFO, GetNodeInfoRequest(), destination=node)

@@ -29,10 +29,6 @@ _NAMES = {
 _FURTHER = re.compile("([a-z]+)_([2-4])_(.+)")
 """Of a device that is not the first of its kind."""
 _OF_LINES = ("dvl_bad_checksum", "dvl_malformed", "dvl_too_long", "lines_of_the_dvl_lost")
-_NOT_BELIEVED = {
-    "contradicted": "contradicted by a second sender",
-    "restarts": "restarts",
-}
 _OF_MESSAGES = (
     *("missed", "malformed", "strays", "duplicate", "lost_start", "unfinished", "wrong_toggle", "bad_crc"),
     *("timed_out", "too_long", "crowded_out"),
@@ -133,9 +129,7 @@ def _found(counts: dict[str, int], received: Mapping[str, int]) -> Iterator[Loss
         for name, count in own.items():
             total = f"transfers_{name}"
             counts[total] = counts.get(total, 0) - count
-        for name, words in _NOT_BELIEVED.items():
-            yield Loss(_named(source), words, counts.pop(f"{source}_{name}", 0))
-    counts.pop("transfers_contradicted", None)
+        yield Loss(_named(source), "restarts", counts.pop(f"{source}_restarts", 0))
     rest = sum(max(counts.pop(name), 0) for name in [*counts] if name.startswith("transfers_"))
     yield Loss(_NAMES["transfers"], "frames or messages dropped", rest)
     for name, count in counts.items():

@@ -41,6 +41,8 @@ DROP_WEIGHT = 0
 RELEASE, HOLD = 0, 1
 """Commands of a hardpoint; a status that is not RELEASE holds."""
 FIX_3D = 3
+_SAID = (m.NODE_STATUS, m.KEY_VALUE)
+"""Messages that measure nothing."""
 
 
 class DroneCan(Driver):
@@ -77,6 +79,8 @@ class DroneCan(Driver):
         self._own = OwnNode(params, self._bus, self._sender, self._monitor, kept or KeptNodeIds())
         self._status = OwnStatus()
         self._frames_received = 0
+        self._believed = True
+        """Whether the transfer that is being read is believed; if not, what it measures takes back what is held."""
         nodes, latency = params.nodes, params.latency
         measured: dict[str, tuple[m.MessageType[Any], Callable[[int, Any, float], None]]] = {
             "ahrs": (m.AHRS_SOLUTION, self._ahrs),
@@ -122,7 +126,6 @@ class DroneCan(Driver):
                 self._dispatch(transfer)
             elif not can_id & 0xFF:
                 self.received += self._own.hear_anonymous(can_id, data, t)
-        self._monitor.hear_dropped(self._reassembler.dropped_from, t)
         return readings
 
     def nodes(self, t: float) -> NodeBits:
@@ -208,7 +211,8 @@ class DroneCan(Driver):
             if kind in self._own.wanted:
                 self._own.hear(transfer)
             return
-        if not self._monitor.accept(transfer):
+        self._believed = self._monitor.accept(transfer)
+        if not self._believed and (kind in _SAID or not self._monitor.in_doubt(transfer)):
             return
         try:
             message = kind.decode(payload)
@@ -234,6 +238,8 @@ class DroneCan(Driver):
         return GetTransportStatsResponse(self._sender.sent, self.received, errors, (frames,))
 
     def _hear(self, role: str, heard: Heard[Any], number: int = 0) -> None:
+        if not self._believed:
+            heard = Heard(heard.value, heard.t_valid, False, False)
         self._readings.append(Reading(role, number, heard))
 
     def _payload(self, message: KeyValue, t: float) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ from firmware_py.foreign_text import visible
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
 from firmware_py.wire.dronecan.message_table import GET_NODE_INFO_RESPONSE, NODE_STATUS
 from firmware_py.wire.dronecan.node_messages import GetNodeInfoResponse, NodeStatus
-from firmware_py.wire.dronecan.transfer import Dropped, Transfer
+from firmware_py.wire.dronecan.transfer import Transfer
 
 HEARD = (NODE_STATUS, GET_NODE_INFO_RESPONSE)
 """What a monitor must be given."""
@@ -87,7 +87,6 @@ class NodeMonitor:
         self._watches: dict[tuple[int, int], SenderWatch] = {}
         self.noticed: dict[int, float] = {}
         """When a second sender was noticed last, by node id."""
-        self._contradicted: dict[int, int] = {}
         self.malformed = 0
         """Transfers of any node whose payload did not fit their type."""
 
@@ -107,12 +106,16 @@ class NodeMonitor:
         watch = self._watches.get(key)
         if watch is None:
             watch = self._watches[key] = SenderWatch()
-        continued, second = watch.accept(transfer.transfer_id, transfer.t)
-        if not continued:
+        believed, second = watch.accept(transfer.transfer_id, transfer.t)
+        if not believed:
             self._node(transfer.source).strays += 1
         if second:
             self.notice_second(transfer.source, transfer.t)
-        return continued
+        return believed
+
+    def in_doubt(self, transfer: Transfer) -> bool:
+        """Return whether a message that was not believed takes back the one before: it is not clear whose that was."""
+        return self._watches[transfer.source, transfer.kind.data_type_id].in_doubt
 
     def hear_status(self, source: int, status: NodeStatus, t: float) -> None:
         """Take a NodeStatus."""
@@ -127,13 +130,6 @@ class NodeMonitor:
         """Count a transfer whose payload did not fit its type."""
         self.malformed += 1
         self._node(source).malformed += 1
-
-    def hear_dropped(self, dropped_from: Mapping[int, Dropped], t: float) -> None:
-        """Look for transfers that contradict others under the same node id and transfer id."""
-        for node_id, dropped in dropped_from.items():
-            if dropped.contradicted > self._contradicted.get(node_id, 0):
-                self._contradicted[node_id] = dropped.contradicted
-                self.notice_second(node_id, t)
 
     def notice_second(self, node_id: int, t: float) -> None:
         """Take note of a second sender under an id."""

@@ -21,9 +21,13 @@ class SenderWatch:
     A stream goes on by one id a transfer, or by more if as many could have been lost in the time. A stray that is
     continued, while the stream goes on too, is a second sender. One that is continued alone is the sender itself, which
     began to count anew.
+
+    The id of the last transfer once more is 32 further on, or a stray. One such stray proves nothing: after a stall of
+    ours, or a restart of the sender, any id may come. But who of the two is the sender is then in doubt: the one before
+    is taken back, and the next transfer of the stream is not believed either.
     """
 
-    __slots__ = ("_answered", "_last", "_met", "_period", "_stray", "_t", "_t_stray", "missed")
+    __slots__ = ("_answered", "_last", "_met", "_period", "_stray", "_t", "_t_stray", "_twice", "in_doubt", "missed")
 
     def __init__(self) -> None:
         self._last = -1
@@ -32,7 +36,10 @@ class SenderWatch:
         self._stray = -1
         self._t_stray = -math.inf
         self._answered = False
+        self._twice = False
         self._met = 0
+        self.in_doubt = False
+        """Whether the last transfer leaves it open who the sender is: what was believed before is taken back."""
         self.missed = 0
         """Transfers of the stream that did not come, by their ids; whole rounds of ids are not seen."""
 
@@ -44,12 +51,12 @@ class SenderWatch:
             t: when it came, s.
 
         Returns:
-            Whether it is of the stream, not a stray; whether it shows a second sender.
+            Whether to believe it: it is of the stream, not a stray; whether it shows a second sender.
         """
-        step, gap = (transfer_id - self._last) % _IDS, t - self._t
+        step, gap = (transfer_id - self._last - 1) % _IDS + 1, t - self._t
         if self._last < 0 or gap > max(_GAP, 4.0 * self._period):
             self._stray, self._met = -1, 0
-        elif step == 1 or 1 < step <= self._most(gap):
+        elif step == 1 or step <= self._most(gap):
             if step == 1:
                 self._learn(gap)
             self._answered = True
@@ -60,11 +67,13 @@ class SenderWatch:
             continued = self._stray >= 0 and (transfer_id - self._stray) % _IDS == 1
             self._met = self._met + 1 if continued else 0
             self._stray, self._t_stray, self._answered = transfer_id, t, False
+            self._twice = self.in_doubt = step == _IDS
             return False, self._met >= _ENOUGH
-        if self._last >= 0 and step:
+        if self._last >= 0:
             self.missed += step - 1
+        self.in_doubt, self._twice = self._twice, False
         self._last, self._t = transfer_id, t
-        return True, False
+        return not self.in_doubt, False
 
     def _learn(self, gap: float) -> None:
         """Take an interval into the mean period; a much longer one may hide a whole round of ids."""

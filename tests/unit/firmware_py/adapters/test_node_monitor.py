@@ -36,7 +36,6 @@ class Tool:
             transfer = self.reassembler.accept(can_id, data, t)
             if transfer is not None:
                 self.monitor.hear(transfer)
-        self.monitor.hear_dropped(self.reassembler.dropped_from, t)
         node_id = self.monitor.next_request(t)
         if node_id is None:
             return []
