@@ -34,8 +34,9 @@ class SourceMemory:
     """What is remembered of one sensor; times in s.
 
     `held` is the last measurement that was passed on, `passed` whether the newest was. `fault` is what spoke against it
-    last, at `t_bad`; `lost` why it is lost, if it is. `t_steady` is since when it is heard without a long gap. `motion`
-    is what others told of the motion when its value was a new one.
+    last, at `t_bad`; `lost` why it is lost, if it is. `t_steady` is since when it is heard without a long gap;
+    `t_withheld` when it was last heard while its node was not believed. `motion` is what others told of the motion when
+    its value was a new one.
     """
 
     held: Heard[Any]
@@ -43,6 +44,7 @@ class SourceMemory:
     t_heard: float = -math.inf
     t_ok: float = -math.inf
     t_steady: float = -math.inf
+    t_withheld: float = -math.inf
     fault: SourceFault = SourceFault.NONE
     t_bad: float = -math.inf
     lost: SourceFault = SourceFault.NONE
@@ -199,8 +201,9 @@ class SourceWatch:
 
     def lose(self, fault: SourceFault) -> None:
         """Call it lost, until `judge` finds otherwise."""
-        self.news = self.news or self.memory.lost is not fault
-        self.memory.lost = fault
+        memory = self.memory
+        self.news = self.news or memory.lost is not fault
+        memory.lost, memory.t_withheld = fault, memory.t_heard
 
     def judge(self, t: float, dt: float, recovery: float, start: float) -> None:
         """Look at silence and recovery; called now and then, every dt, s."""
@@ -213,10 +216,10 @@ class SourceWatch:
         if t - since <= self._timeout + _TICK:
             if memory.lost is SourceFault.NONE or not t - memory.t_steady < self._steady - _TICK:
                 memory.lost = SourceFault.NONE
-        elif t - memory.t_heard <= self._timeout:
-            memory.lost = SourceFault.UNHEALTHY
-        else:
+        elif t - memory.t_heard > self._timeout:
             memory.lost = SourceFault.SILENT
+        elif memory.lost is SourceFault.NONE or memory.t_heard - memory.t_withheld > self._timeout:
+            memory.lost = SourceFault.UNHEALTHY  # else it was not ok because it was withheld
 
     @property
     def believed(self) -> bool:

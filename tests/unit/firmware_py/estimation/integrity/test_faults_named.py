@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from firmware_py.records.command import Applied
-from firmware_py.records.health import ALL_GOOD, SourceFault, SourceState
+from firmware_py.records.health import ALL_GOOD, GOOD, SourceFault, SourceState
 from firmware_py.records.sensing import Dvl, SensorFrame, never, node_bit
 
 from .voyage import DEG, SPEED, Fault, after, frozen, named, voyage
@@ -231,6 +231,32 @@ def test_two_senders_under_a_nodes_id_are_named_at_once() -> None:
 
     (t, name, health), *_ = named(voyage(6.0, change=doubled))
     assert (t, name, health) == (5.0, "pressure", (LOST, F.TWO_SENDERS))
+
+
+@pytest.mark.parametrize("node", ["two_senders", "replaced"])
+@pytest.mark.parametrize("until", [8.0, 8.02, 8.05, 8.09])
+def test_what_was_withheld_is_named_by_its_reason_until_it_is_good_again(node: str, until: float) -> None:
+    def withheld(t: float, frame: SensorFrame) -> SensorFrame:
+        if not 5.0 <= t < until:
+            lost = until <= t < until + 0.15
+            ahrs = replace(frame.ahrs, fresh=not lost, ok=not lost and t < 20.0)
+            return replace(frame, ahrs=ahrs, **{node: 0})
+        return replace(frame, ahrs=replace(frame.ahrs, ok=False), **{node: node_bit("ahrs")})
+
+    fault = {"two_senders": F.TWO_SENDERS, "replaced": F.OTHER_DEVICE}[node]
+    changes = [(name, health) for _, name, health in named(voyage(23.0, change=withheld)) if name == "ahrs"]
+    assert changes == [("ahrs", (LOST, fault)), ("ahrs", GOOD), ("ahrs", (LOST, F.UNHEALTHY))]
+
+
+def test_a_sensor_that_says_itself_that_it_does_not_work_once_its_double_is_gone_is_named_so() -> None:
+    def failing(t: float, frame: SensorFrame) -> SensorFrame:
+        if t < 5.0:
+            return frame
+        bits = node_bit("ahrs") if t < 8.0 else 0
+        return replace(frame, ahrs=replace(frame.ahrs, ok=False), two_senders=bits)
+
+    changes = [(name, health.fault) for _, name, health in named(voyage(12.0, change=failing)) if name == "ahrs"]
+    assert changes == [("ahrs", F.TWO_SENDERS), ("ahrs", F.UNHEALTHY)]
 
 
 def test_without_attitude_the_altitudes_still_agree_while_the_depth_changes() -> None:
