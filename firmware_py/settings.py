@@ -252,7 +252,7 @@ def _index(entries: Sequence[Any], word: str, where: str) -> int:
     names = [entry.get("name") for entry in entries if isinstance(entry, Mapping)]
     if word in names:
         return names.index(word)
-    if word.isdecimal() and int(word) < len(entries):
+    if word.isdecimal() and len(word) < 10 and int(word) < len(entries):  # thousands of digits are no number
         return int(word)
     known = [name for name in names if name] or ([f"0 to {len(entries) - 1}"] if entries else ["none"])
     raise ParamError(f"{where}: there is no entry {quoted(word)}; there: {', '.join(known)}")

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import Any, NoReturn
 
 from firmware_py import __version__
+from firmware_py.foreign_text import visible
 
 BAD = 2
 """The exit status of bad input."""
@@ -39,9 +40,12 @@ class Parser(argparse.ArgumentParser):
 
 
 def one_line(text: str) -> str:
-    """Return a text as one line that a person can read: words and lines that are too long are cut in their middle."""
+    """Return a text as one line that a person can read, of which nothing acts on a terminal.
+
+    Words and lines that are too long are cut in their middle.
+    """
     words = _LONG_WORD.sub(lambda word: _cut(word[0], _WORD_MAX), text)
-    return _cut(" ".join(words.split()), _LINE_MAX)
+    return visible(_cut(" ".join(words.split()), _LINE_MAX))
 
 
 def _cut(text: str, most: int) -> str:

@@ -145,8 +145,7 @@ class SensorIntegrity:
         if pinged:
             heave = (v * math.sin(phi) + w * math.cos(phi)) * c
             raw = -u * s + heave
-        hull = -velocity.driven * s if velocity.holds else raw
-        self._vertical.carry_raw(t, dt, raw, heave, hull, pinged)
+        self._vertical.carry_raw(t, dt, raw, heave, -velocity.driven * s if velocity.holds else raw, pinged)
         if sources.attitude_used:
             by_dvl = pinged and velocity.measured and sources.dvl.believed
             tilted = abs(theta) > _STEEP or abs(phi) > _ROLLED

@@ -12,13 +12,13 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from firmware_py.run import options as vehicle
-from firmware_py.run.command_line import add_version, status_of
+from firmware_py.run.command_line import Parser, add_version, status_of
 from sim_bridge.faults.catalogue import FORM, help_text
 from sternplane.cli.early_checks import refuse_early
 from sternplane.cli.extras import require_report
 from sternplane.cli.hardware_commands import add_hardware
 from sternplane.cli.log_commands import add_logs
-from sternplane.cli.plain_errors import PlainParser, whole_number, with_plain_errors
+from sternplane.cli.plain_errors import whole_number, with_plain_errors
 from sternplane.cli.sweep_command import add_sweep
 from sternplane.cli.vehicle_commands import add_vehicle_commands
 
@@ -34,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line: every option with what it is for."""
-    top = PlainParser(
+    top = Parser(
         prog="sternplane", description="A fixed-rate autopilot for fin-controlled AUVs, and the sea to try it in."
     )
     add_version(top)
