@@ -37,8 +37,7 @@ _PITCH_MAX, _ROLL_MAX = math.radians(45.0), math.radians(30.0)
 _ACROSS_STD = 0.3
 """Nor is yaw judged while the current across the hull is not known better than this, m/s."""
 _SPEED_RATE = 0.2
-"""What speed may be can change at once, when the propeller is in doubt; fins are held to one that changes slowly, by so
-much, m/s^2: else a step of it would look like an effect that the fins do not have."""
+"""The speed that fins are held to changes no faster, m/s^2: a step of it would look like an effect that they lack."""
 _NOTHING = 0.201
 """Fins that do no more than this share of what vehicle.toml says make no force; adoption holds values at 0.2."""
 _HELD_STD = 0.1
