@@ -30,12 +30,13 @@ def distance(metres, reading=1):
     return UAVCAN.range_sensor.Measurement(reading_type=reading, sensor_type=1, range=metres)
 
 
-def fix(latitude_deg=36.6, longitude_deg=-121.9, status=3, covariance=(4.0, 4.0, 9.0, 1.0, 1.0, 1.0)):
+def fix(latitude_deg=36.6, longitude_deg=-121.9, status=3, covariance=(4.0, 4.0, 9.0, 1.0, 1.0, 1.0), pdop=0.0):
     return UAVCAN.gnss.Fix2(
         latitude_deg_1e8=round(latitude_deg * 1e8),
         longitude_deg_1e8=round(longitude_deg * 1e8),
         status=status,
         covariance=list(covariance),
+        pdop=pdop,
     )
 
 

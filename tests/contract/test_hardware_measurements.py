@@ -120,9 +120,6 @@ DOUBTFUL = {
     "no fix": ("fix", lambda: fix(status=0), "fix"),
     "time only": ("fix", lambda: fix(status=1), "fix"),
     "flat fix": ("fix", lambda: fix(status=2), "fix"),
-    "fix without variance": ("fix", lambda: fix(covariance=()), "fix"),
-    "fix of unknown variance": ("fix", lambda: fix(covariance=(NAN,) * 6), "fix"),
-    "fix of no variance": ("fix", lambda: fix(covariance=(0.0,) * 6), "fix"),
     "fix of negative variance": ("fix", lambda: fix(covariance=(-1.0,) * 6), "fix"),
     "voltage unknown": ("battery", lambda: battery(voltage=NAN), "battery"),
     "humidity unknown": ("battery", lambda: humidity(NAN), "leak"),
@@ -138,6 +135,27 @@ def test_what_its_device_does_not_vouch_for_is_heard_and_not_ok(role, message, f
         assert (heard.fresh, heard.ok) == (True, False)
         assert fields(frame) | {field: NOTHING[field]} == NOTHING
         assert vehicle.hardware.losses()["transfers_malformed"] == 0
+
+
+@pytest.mark.parametrize("covariance", [(), (NAN,) * 6, (0.0,) * 6])
+@pytest.mark.parametrize(("pdop", "std"), [(1.5, 7.5), (0.0, 10.0), (NAN, 10.0)])
+def test_a_fix_without_variance_is_as_good_as_its_dilution_says(covariance, pdop, std):
+    with Vehicle() as vehicle:
+        vehicle.node("fix").send(fix(covariance=covariance, pdop=pdop))
+        heard = vehicle.read(7).fix
+        assert (heard.fresh, heard.ok, heard.value.std) == (True, True, std)
+
+
+def test_of_what_is_no_fix_no_accuracy_is_known():
+    with Vehicle() as vehicle:
+        vehicle.node("fix").send(fix(status=0, covariance=()))
+        assert math.isnan(vehicle.read(7).fix.value.std)
+
+
+def test_no_fix_is_taken_to_be_better_than_a_tenth_of_a_metre():
+    with Vehicle() as vehicle:
+        vehicle.node("fix").send(fix(covariance=(1e-6,) * 6, pdop=9.0))
+        assert vehicle.read(7).fix.value.std == 0.1
 
 
 INFINITE = {  # pydronecan does not say infinity, but a device may: little-endian float16 and float32

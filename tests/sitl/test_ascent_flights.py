@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
 from sternplane.logs.run import Run
+from sternplane.sitl.flight import FlightRequest, fly, prepare
 
 from firmware_py.records.command import AscentStage
 from firmware_py.records.event import EventKind
@@ -92,6 +94,13 @@ def test_without_depth_a_fix_tells_of_the_surface_and_the_bow_does_not_hang_out(
     assert not c["mode.drop"][-1]
     assert c["mode.mode"][-1] == Mode.DISARMED
     assert log.truth["eta.z"][-1] < 0.6
+
+
+def test_a_fix_that_comes_without_a_variance_tells_of_the_surface_too(tmp_path: Path) -> None:
+    scenario, log = tmp_path / "up.toml", tmp_path / "log.mcap"
+    scenario.write_text(text(depth=3.0, dive=3.0, at=2.0, time=60.0))
+    request = FlightRequest(scenario=str(scenario), settings=("sensors.fix.noise_m=0",))
+    assert fly(prepare(request, {}), log).completed
 
 
 def test_a_pitch_that_follows_its_own_wrong_gyro_is_not_flown_up_by(flown: Flights) -> None:

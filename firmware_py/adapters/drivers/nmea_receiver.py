@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterable
 from typing import NamedTuple
 
+from firmware_py.adapters.drivers import fix_accuracy
 from firmware_py.adapters.drivers.driver import Reading
 from firmware_py.adapters.drivers.stream_driver import Instrument
 from firmware_py.records.sensing import Fix, Heard
@@ -17,8 +18,6 @@ from firmware_py.wire.serial.nmea_messages import Message, Position, PositionSig
 from firmware_py.wire.serial.stream import Counts, Decoder
 
 DAY = 86400.0
-RANGE_STD = 5.0
-"""1 sigma of a receiver's measured distances, m, for one that tells its dilution alone. Ours: without corrections."""
 SIGMA_AGE = 2.5
 """A standard deviation is that of fixes so much later at most, s: receivers send it after the fix, some less often."""
 
@@ -59,7 +58,7 @@ class Fixes:
         sigma = self._sigma
         if sigma is not None and (position.time - sigma.time) % DAY <= SIGMA_AGE:
             return math.hypot(sigma.north, sigma.east) * math.sqrt(0.5)
-        return position.hdop * RANGE_STD if 0.0 < position.hdop < math.inf else math.nan
+        return fix_accuracy.of_dilution(position.hdop)
 
 
 def readings(fix: PlacedFix, t: float) -> Iterable[Reading]:

@@ -9,6 +9,7 @@ from functools import partial
 from typing import Any
 
 from firmware_py.adapters.buses.can_bus import FramePort
+from firmware_py.adapters.drivers import fix_accuracy
 from firmware_py.adapters.drivers.driver import PAYLOAD, Driver, Reading
 from firmware_py.adapters.drivers.dronecan.bus_params import BusParams
 from firmware_py.adapters.drivers.dronecan.node_monitor import NodeMonitor
@@ -263,10 +264,11 @@ class DroneCan(Driver):
         self._hear("altitude", Heard(message.range, t, True, ok), number)
 
     def _fix(self, number: int, message: eq.Fix2, t: float) -> None:
+        fixed = message.status == FIX_3D
         variance = message.covariance[0] if message.covariance else math.nan
-        std = math.sqrt(variance) if variance > 0.0 else math.nan
+        std = fix_accuracy.of_variance(variance, message.pdop) if fixed else math.nan
         value = Fix(math.radians(message.latitude_deg_1e8 * 1e-8), math.radians(message.longitude_deg_1e8 * 1e-8), std)
-        self._hear("fix", Heard(value, t, True, message.status == FIX_3D and math.isfinite(std)), number)
+        self._hear("fix", Heard(value, t, True, fixed and math.isfinite(std)), number)
 
     def _actuator(self, node_id: int, message: eq.ActuatorStatus, t: float) -> None:
         fin = self._fins.get((node_id, message.actuator_id))
