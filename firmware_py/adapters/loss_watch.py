@@ -14,6 +14,8 @@ _ALWAYS = ("_unknown_model_", "set_ups_failed", "start_ups_failed", "watchdog_lo
 """Parts of the names of counts that are told however slowly they rise: somebody must mend it."""
 _AGAIN_S = 60.0
 """Of one count no more than one sentence within this time."""
+_APART_S = 10.0
+"""No more than one sentence within this time: one cause, such as a bus that loses frames, makes many counts rise."""
 
 Counts = Callable[[], Mapping[str, int]]
 
@@ -34,6 +36,7 @@ class LossWatch:
         self._notes: list[Callable[[Cycle], None]] = []
         self._last: dict[str, int] = {}
         self._told: dict[str, float] = {}
+        self._t_told = -math.inf
 
     def add(self, losses: Counts) -> Callable[[], None]:
         """Add a source; return what to call before it is closed: from then on its counts stay."""
@@ -72,10 +75,28 @@ class LossWatch:
         changed = {name: count for name, count in totals.items() if count != last.get(name, 0)}
         self._last = totals
         self.count(totals, self._received())
-        for name, count in changed.items():
-            more = count - last.get(name, 0)
-            told = more > FAST or (more > 0 and any(part in name for part in _ALWAYS))
-            if told and tick.t - self._told.get(name, -math.inf) >= _AGAIN_S:
-                self._told[name] = tick.t
-                self.tell(f"{name.replace('_', ' ')}: {more} in the last second, {count} in all")
+        self._tell({name: count - last.get(name, 0) for name, count in changed.items()}, tick.t)
         return changed
+
+    def _tell(self, rises: Mapping[str, int], t: float) -> None:
+        """Tell what must be mended, count by count, and of what has risen fast the most, with how many others."""
+        fast: dict[str, int] = {}
+        for name, more in rises.items():
+            if t - self._told.get(name, -math.inf) < _AGAIN_S:
+                continue
+            if more > 0 and any(part in name for part in _ALWAYS):
+                self._told[name] = t
+                self.tell(_sentence(name, more))
+            elif more > FAST:
+                fast[name] = more
+        if fast and t - self._t_told >= _APART_S:
+            self._t_told = t
+            self._told |= dict.fromkeys(fast, t)
+            most = max(fast, key=fast.__getitem__)
+            self.tell(_sentence(most, fast[most], len(fast) - 1))
+
+
+def _sentence(name: str, more: int, others: int = 0) -> str:
+    """Return a sentence that mostly fits into one STATUSTEXT of 50 characters."""
+    told = f"{name.replace('_', ' ')}: {more} in 1 s"
+    return f"{told}, and {others} other{'s' if others > 1 else ''}" if others else told

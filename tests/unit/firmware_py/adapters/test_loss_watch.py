@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 from types import SimpleNamespace
 
 from firmware_py.adapters.loss_watch import FAST, LossWatch
@@ -34,7 +35,38 @@ def test_a_count_that_rises_fast_is_told_once_a_minute() -> None:
         counts["bus_not_sent"] += FAST + 1
         counts["dvl_malformed"] += FAST
         watch.update(cycle(k))
-    assert told == ["bus not sent: 11 in the last second, 11 in all", "bus not sent: 11 in the last second, 671 in all"]
+    assert told == ["bus not sent: 11 in 1 s"] * 2
+
+
+def test_a_lossy_bus_is_one_short_sentence_at_a_time() -> None:
+    causes = ("wrong_toggle", "lost_start", "bad_crc", "unfinished")
+    names = [f"{source}_{cause}" for source in ("transfers", "servo_hub", "ahrs", "battery") for cause in causes]
+    counts, told, rng = dict.fromkeys(names, 0), [], random.Random(1)
+    watch, now = LossWatch(), cycle(0)
+    watch.tell = lambda sentence: told.append((now.tick.t, sentence))
+    watch.add(lambda: counts)
+    for k in range(0, 12001, 100):
+        now = cycle(k)
+        for name in names:
+            counts[name] += rng.randrange(5, 40) if k else 50
+        counts["transfers_wrong_toggle"] += 1000
+        watch.update(now)
+    assert told[0] == (0.0, "transfers wrong toggle: 1050 in 1 s, and 15 others")
+    assert len(told) == 3
+    assert all(len(sentence) <= 50 for _, sentence in told)
+
+
+def test_what_rises_later_is_told_ten_seconds_after_the_last_sentence() -> None:
+    watch, counts, told = LossWatch(), {"bus_not_sent": 0, "gcs_1_malformed": 0}, []
+    now = cycle(0)
+    watch.tell = lambda sentence: told.append((now.tick.t, sentence))
+    watch.add(lambda: counts)
+    for k in range(0, 3001, 100):
+        now = cycle(k)
+        counts["bus_not_sent"] += 20
+        counts["gcs_1_malformed"] += 30 if k >= 500 else 0
+        watch.update(now)
+    assert told == [(0.0, "bus not sent: 20 in 1 s"), (10.0, "gcs 1 malformed: 30 in 1 s")]
 
 
 def test_what_somebody_must_mend_is_told_however_slowly_it_rises() -> None:
@@ -43,7 +75,7 @@ def test_what_somebody_must_mend_is_told_however_slowly_it_rises() -> None:
     watch.add(lambda: counts)
     for k in range(0, 501, 100):
         watch.update(cycle(k))
-    assert told == ["stern port unknown model 77: 1 in the last second, 1 in all"]
+    assert told == ["stern port unknown model 77: 1 in 1 s"]
 
 
 def test_counts_of_what_is_closed_stay() -> None:
