@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from rich.console import Console
-from sternplane.logs.losses import told
+from sternplane.logs.losses import times, told
 from sternplane.logs.reading import read
 from sternplane.logs.summary import Summary, summarise
 from sternplane.logs.summary_text import LABEL_WIDTH, key_figures, outcome, summary_table
@@ -178,14 +178,28 @@ def test_losses_are_told_by_source_with_their_share_the_worst_first() -> None:
     assert [(loss.source, loss.text) for loss in told(counts, received)] == [
         ("battery and leak sensor", "30 of 100 messages lost (30 %)"),
         ("AHRS", "50 of 1000 messages lost (5 %)"),
-        ("hardpoint of the drop weight", "5 of 250 messages lost (2 %)"),
+        ("drop weight's hardpoint", "5 of 250 messages lost (2 %)"),
         ("DVL", "5 of 1000 lines lost (0.5 %)"),
         ("pressure sensor", "1 of 1000 messages lost (0.1 %)"),
-        ("pressure sensor", "40 messages out of sequence, not believed"),
+        ("pressure sensor, strays", "40 messages out of sequence, not believed"),
         ("CAN bus", "12 frames that could not be sent"),
         ("other nodes of the bus", "10 frames or messages dropped"),
         ("station 2", "7 malformed messages"),
     ]
+
+
+def test_no_two_lines_of_one_source_have_one_label() -> None:
+    nodes = ("ahrs", "pressure", "altimeter", "fix", "battery", "esc", "servo_hub", "hardpoint")
+    counts = {f"{node}_{cause}": n for node in nodes for cause, n in (("missed", 1), ("strays", 2), ("restarts", 3))}
+    labels = [loss.source for loss in told(counts, {})]
+    assert len(labels) == 3 * len(nodes)
+    assert len({*labels}) == len(labels)
+    assert max(map(len, labels)) <= LABEL_WIDTH
+
+
+def test_when_something_was_lost_is_told_without_the_rounding_of_binary_fractions() -> None:
+    logged = SimpleNamespace(losses=[(0.1 + 0.2, {"a": 1}), (60.00000000000001, {"a": 2})])
+    assert times(logged) == {"a": [0.3, 60.0]}
 
 
 def test_no_more_than_ten_lines_tell_of_losses(flown: Path) -> None:

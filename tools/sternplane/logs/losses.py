@@ -20,7 +20,7 @@ _NAMES = {
     "battery": "battery and leak sensor",
     "esc": "propeller controller",
     "servo_hub": "servo hub",
-    "hardpoint": "hardpoint of the drop weight",
+    "hardpoint": "drop weight's hardpoint",
     "dvl": "DVL",
     "bus": "CAN bus",
     "transfers": "other nodes of the bus",
@@ -99,7 +99,7 @@ def times(log: Run) -> dict[str, list[float]]:
     seen: dict[str, list[float]] = {}
     for t, counts in log.losses:
         for name in counts:
-            seen.setdefault(name, [t, t])[1] = t
+            seen.setdefault(name, [round(t, 3)] * 2)[1] = round(t, 3)
     return seen
 
 
@@ -123,13 +123,13 @@ def _found(counts: dict[str, int], received: Mapping[str, int]) -> Iterator[Loss
         sent = missed + received.get(source, 0) if fields else None
         yield Loss(_named(source), "messages lost", missed, sent)
         if own["strays"] > missed:
-            yield Loss(_named(source), "messages out of sequence, not believed", own["strays"])
+            yield Loss(f"{_named(source)}, strays", "messages out of sequence, not believed", own["strays"])
         elif not missed:
             yield Loss(_named(source), "frames or messages dropped", sum(own.values()))
         for name, count in own.items():
             total = f"transfers_{name}"
             counts[total] = counts.get(total, 0) - count
-        yield Loss(_named(source), "restarts", counts.pop(f"{source}_restarts", 0))
+        yield Loss(f"{_named(source)}, restarts", "times", counts.pop(f"{source}_restarts", 0))
     rest = sum(max(counts.pop(name), 0) for name in [*counts] if name.startswith("transfers_"))
     yield Loss(_NAMES["transfers"], "frames or messages dropped", rest)
     for name, count in counts.items():
