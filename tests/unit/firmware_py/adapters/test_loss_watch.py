@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
 import random
+from pathlib import Path
 from types import SimpleNamespace
 
+from firmware_py.adapters.drivers.dronecan import devices
+from firmware_py.adapters.drivers.dronecan.node_monitor import NodeMonitor
 from firmware_py.adapters.loss_watch import FAST, LossWatch
 from firmware_py.mavlink.telemetry.communication import Communication
 from firmware_py.tick import Tick
+from firmware_py.wire.dronecan.transfer import Dropped
 
 
 def cycle(k: int) -> SimpleNamespace:
@@ -54,6 +59,12 @@ def test_a_lossy_bus_is_one_short_sentence_at_a_time() -> None:
     assert told[0] == (0.0, "transfers wrong toggle: 1050 in 1 s, and 15 others")
     assert len(told) == 3
     assert all(len(sentence) <= 50 for _, sentence in told)
+
+
+def test_every_cause_of_loss_of_a_node_is_explained_by_its_name() -> None:
+    readme = Path(devices.__file__).parents[2] / "README.md"
+    causes = {field.name for field in dataclasses.fields(Dropped)} - {"foreign"} | NodeMonitor().counts(1).keys()
+    assert not [cause for cause in sorted(causes) if f"| `{cause}` |" not in readme.read_text()]
 
 
 def test_what_rises_later_is_told_ten_seconds_after_the_last_sentence() -> None:
