@@ -236,6 +236,15 @@ def test_a_log_that_was_cut_off_is_not_completed(flown: Path, tmp_path: Path) ->
     assert s["speed_up"] is None
 
 
+def test_a_log_with_damage_in_it_says_what_is_missing_beside_how_the_flight_ended(flown: Path, tmp_path: Path) -> None:
+    data = bytearray(flown.read_bytes())
+    data[len(data) // 2] ^= 0xFF
+    (tmp_path / "log.mcap").write_bytes(data)
+    s = summarise(read(tmp_path / "log.mcap"))
+    assert (s["completed"], s["complete"], s["cycles"]) == (True, False, 250)
+    assert figures(s)["the log is"].startswith("damaged between bytes ")
+
+
 def test_one_cycle_and_no_order_are_enough(tmp_path: Path, toy: SimpleNamespace) -> None:
     s = summarise(read(toy.fly(tmp_path / "log.mcap", 0.01)))
     assert s["cycles"] == 1

@@ -185,7 +185,9 @@ def _span(log: Run, channels: _Channels, begin: float | None, end: float | None,
         raise LogError(f"{log.path}: nothing was recorded then; the log goes from {t[0]:g} to {t[-1]:g} s")
     if begin is not None or end is not None:
         return float(t[inside][0]), float(t[inside][-1])
-    edges = np.flatnonzero(np.diff(z > depth, prepend=False, append=False)).reshape(-1, 2)
+    deep = z > depth
+    deep[1:] &= np.diff(t) < GAP_MAX  # a damaged log lacks cycles
+    edges = np.flatnonzero(np.diff(deep, prepend=False, append=False)).reshape(-1, 2)
     if not len(edges):
         raise LogError(
             f"{log.path}: the vehicle was never deeper than {depth:g} m, where all of the hull is under water; "

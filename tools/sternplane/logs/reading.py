@@ -1,4 +1,4 @@
-"""Reads a log, whole or cut off."""
+"""Reads a log: whole, cut off or damaged."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class LoggedRun:
         header: the document its writer began with.
         end: how the run ended; empty unless the writer closed the log.
         topics: by name.
-        lost: "" for a whole log, else one sentence: why it is not, and up to where it was recovered.
+        lost: "" for a whole log, else one sentence: why it is not, and what cannot be read, or up to where it can.
         memory: what the autopilot remembered when the log began, pickled; empty where it began with the flight.
     """
 
@@ -194,7 +194,8 @@ class LoggedRun:
     @property
     def _cycles(self) -> Topic:
         if CYCLE_TOPIC not in self.topics:
-            raise LogError(f"{self.path}: the log holds no cycle; the run ended within its first second")
+            why = f"it is {self.lost}" if self.lost else "the run ended within its first second"
+            raise LogError(f"{self.path}: the log holds no cycle; {why}")
         return self.topics[CYCLE_TOPIC]
 
 
@@ -263,7 +264,7 @@ def find(path: str | Path) -> Path:
 
 
 def read(path: str | Path) -> Log:
-    """Reads a log up to its end, or up to the last whole chunk if it was cut off or damaged.
+    """Reads a log up to its end, without the chunks that are damaged or cut off.
 
     What a plant in another process wrote beside it, truth.mcap, is read with it.
 

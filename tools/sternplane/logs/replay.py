@@ -77,7 +77,7 @@ def replay(log: Run, build: Build, *, anyway: bool = False) -> ReplayResult:
         anyway: also if another processor or other libraries made the log.
 
     Raises:
-        LogError: the log is of another version, or of another machine.
+        LogError: the log is of another version, or of another machine, or damaged where it begins.
     """
     codec = log.codec
     differs = provenance.difference(log.header.get("machine", {}), provenance.fingerprint())
@@ -89,6 +89,12 @@ def replay(log: Run, build: Build, *, anyway: bool = False) -> ReplayResult:
         autopilot = _at_its_begin(log, build)
         cautions += _other_parts(log, autopilot)
         loop.run(autopilot, hardware, ground, _ComparingRecorder(comparison), comparison)
+    if comparison.broken is not None:
+        if not comparison.count:
+            raise LogError(f"{log.path}: it is {log.lost}, and what comes behind cannot be replayed without it")
+        cautions.append(
+            f"replayed up to {comparison.broken:.2f} s: what comes behind missing cycles cannot be replayed"
+        )
     first = None
     if comparison.first is not None:
         logged, replayed = (codec.decode(data) for data in comparison.first)
@@ -133,17 +139,29 @@ def difference(logged: Cycle, replayed: Cycle) -> Difference:
 
 
 class ReplayedLog:
-    """The schedule of a replay, and what its other parts read from: the log's cycles, one at a time."""
+    """The schedule of a replay, and what its other parts read from: the log's cycles, one at a time.
+
+    It ends where a damaged log lacks cycles, for then nobody knows any more what the autopilot remembered.
+
+    Attributes:
+        broken: time of the last cycle before those that are missing, s; None if none are.
+    """
 
     def __init__(self, log: Run) -> None:
         self._log = log
+        self.broken: float | None = None
         self.encode = log.codec.encode
         self.count = 0
         self.differing = 0
         self.first: tuple[bytes, bytes] | None = None
 
     def __iter__(self) -> Iterator[Tick]:
+        before: int = self._log.header.get("after_tick", -1)
         for logged, cycle in self._log.logged_cycles():
+            if self._log.lost and cycle.tick.k != before + 1:
+                self.broken = max(before, 0) * cycle.tick.dt
+                return
+            before = cycle.tick.k
             self.logged, self.cycle = logged, cycle
             yield cycle.tick
 

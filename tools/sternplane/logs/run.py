@@ -34,7 +34,7 @@ class Run(Protocol):
 
     @property
     def lost(self) -> str:
-        """Return "" for a whole log, else one sentence: why it is not, and up to where it was recovered."""
+        """Return "" for a whole log, else one sentence: why it is not, and what cannot be read, or what can."""
 
     @property
     def complete(self) -> bool:

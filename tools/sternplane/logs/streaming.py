@@ -109,7 +109,7 @@ class _Truth:
 
 
 def stream(path: str | Path) -> StreamedLog:
-    """Look through a log, up to its end or to where it is cut off or damaged, for what `StreamedLog` holds.
+    """Look through a log, without what is damaged or cut off, for what `StreamedLog` holds.
 
     Raises:
         LogError: no such file, not a log of ours, another format, or nothing to recover.

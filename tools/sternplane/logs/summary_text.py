@@ -128,6 +128,8 @@ def _ended(summary: Summary) -> Rows:
     found += _rows(summary, _TRAVELLED)
     if summary.get("after_log"):
         found.append(("logged", f"{summary['logged_s']:.1f} s"))
+    elif summary["lost"] and summary["lost"] not in summary["reason"]:
+        found.append(("the log is", summary["lost"]))
     part = " while logged" if summary.get("after_log") else ""
     return [*found, ("distance travelled", f"{summary['distance_m']:.0f} m{part}")]
 
