@@ -22,6 +22,8 @@ from sim_bridge.devices.line_device import Line, LineDevice
 from sim_bridge.devices.lines.table import FIRMWARE, I2C_CHIPS
 from sim_bridge.devices.ms5837_sensor import Ms5837Device
 from sim_bridge.devices.payload import PayloadDevice
+from sim_bridge.faults.channels import SENSORS
+from sim_bridge.faults.checks import refuse_absent
 from sim_bridge.faults.injector import FaultInjector
 from sim_bridge.plant.environment import Environment
 from sim_bridge.plant.plant import Plant
@@ -39,6 +41,17 @@ def wiring(io: IoParams, truth: Truth) -> Wiring:
     drives, on_line = drives_of(io.canopen.fins, names), dynamixel_fins.servos_of(io.dynamixel.fins, names)
     servos = () if drives or on_line else servos_of(io.fins, names)
     return Wiring(io.nodes, servos, io.propeller, io.devices, io.canopen, drives, tuple(io.lines), on_line)
+
+
+def refuse_absent_targets(scenario: Scenario, truth: Truth, wiring: Wiring, *, on_bus: bool) -> None:
+    """Refuse what `build_bridge` would refuse of a scenario's faults, without building anything.
+
+    Raises:
+        ParamError: a fault of a fin, a sensor or a node that is not there.
+    """
+    fins, sensors = [fin.name for fin in truth.fins], {*SENSORS, *wiring.spares}
+    nodes = {*wiring.nodes.by_name, *(device.name for device in wiring.measuring if device.node)}
+    refuse_absent(scenario.injected, fins, sensors, nodes if on_bus else None)
 
 
 def build_bridge(

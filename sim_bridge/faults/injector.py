@@ -8,10 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from firmware_py.error_text import quoted, shortened
-from firmware_py.params import ParamError
 from sim_bridge.devices.sensors import Sensor
-from sim_bridge.faults.channels import SENSORS, base_of, sensor_of
+from sim_bridge.faults.checks import refuse_absent
 from sim_bridge.faults.effects import EFFECTS
 from sim_bridge.faults.fault import Fault
 from sim_bridge.faults.target import DeviceFaults, End, NodeFaults, Strike
@@ -19,7 +17,6 @@ from sim_bridge.plant.plant import Plant, PlantError
 
 _SLACK = 1e-9
 """Times of ticks are products that may be rounded under a fault's time, s."""
-_OF_NODES = ("duplicate", "critical", "silent")
 
 
 class FaultInjector:
@@ -60,21 +57,9 @@ class FaultInjector:
         self._fins = tuple(fin.name for fin in plant.truth.fins)
         self._seed = seed
         plant_s = [fault for fault in faults if not fault.kind.aboard]
+        refuse_absent(plant_s, self._fins, sensors, None if nodes is None else nodes.nodes)
         self._pending = sorted(plant_s, key=lambda fault: fault.t, reverse=True)
         self._ends: list[tuple[float, End]] = []
-        for fault in self._pending:
-            if fault.kind.group == "FIN" and fault.target not in self._fins:
-                known = ", ".join(self._fins)
-                raise ParamError(
-                    f"fault {shortened(fault.text)}: there is no fin {quoted(fault.target)}; known: {known}"
-                )
-            sensor = sensor_of(fault.target)
-            if base_of(sensor) in SENSORS and sensor not in sensors:
-                raise ParamError(f"fault {shortened(fault.text)}: the io file has no {sensor}")
-            of_node = fault.kind.name in _OF_NODES and base_of(sensor) in SENSORS and sensor != "leak"
-            if nodes is not None and of_node and sensor not in nodes.nodes:
-                text = f"{sensor} is on a line of its own, and no node; give off:{sensor}, or a fault of its values"
-                raise ParamError(f"fault {shortened(fault.text)}: {text}")
         self.next_t = self._next()
 
     @property

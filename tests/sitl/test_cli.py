@@ -147,6 +147,8 @@ def test_a_bad_configuration_is_one_line_with_file_and_key(
         (("--seed", "-1"), ("--seed -1",)),
         (("--out", "/proc/here"), ("--out /proc/here", "choose another")),
         (("--state", "folder.toml/../mud.toml"), ("mud.toml: is not a folder; choose another",)),
+        (("--fault", "jam:rudder@1"), ("fault jam:rudder@1: there is no fin 'rudder'; known: stern_port",)),
+        (("--fault", "off:ahrs.2@1"), ("fault off:ahrs.2@1: the io file has no ahrs.2",)),
     ],
 )
 def test_a_bad_argument_is_one_line_that_says_what_would_be_right(
@@ -157,7 +159,21 @@ def test_a_bad_argument_is_one_line_that_says_what_would_be_right(
         (tmp_path / name).write_text(BRIEF + more)
     wanted = ("sitl", "--scenario", brief, *arguments) if arguments[0] != "--scenario" else ("sitl", *arguments)
     assert_one_line(called(*wanted, cwd=tmp_path), *words)
-    assert not list(tmp_path.glob("runs/*/log.mcap"))
+    assert not (tmp_path / "runs").exists()
+
+
+def test_a_flight_that_is_refused_at_its_begin_leaves_nothing(tmp_path: Path, brief: Path) -> None:
+    """The battery is found to be impossible when the plant is built, after the run's folder was made."""
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "notes.txt").write_text("kept")
+    wanted = ("sitl", "--scenario", brief, "--set", "sensors.battery.voltage_empty_v=51")
+    for out in (("--out", "new"), ("--out", "mine"), ()):
+        result = called(*wanted, *out, cwd=tmp_path)
+        assert result.returncode == 2
+        assert "battery: voltage_empty_v is above voltage_full_v" in result.stderr
+    assert not (tmp_path / "new").exists()
+    assert [path.name for path in (tmp_path / "mine").iterdir()] == ["notes.txt"]
+    assert not list(tmp_path.glob("runs/*"))
 
 
 def test_the_installed_script_says_what_the_command_says_when_a_test_calls_it(tmp_path: Path) -> None:

@@ -28,6 +28,7 @@ from sternplane.plain_console import PlainConsole
 from sternplane.sitl.flight import fly
 from sternplane.sitl.request import parse_settings, requested
 from sternplane.sitl.resumed_flight import prepare_to_resume
+from sternplane.sitl.run_traces import RunTraces
 from sternplane.sitl.two_process import fly_two_processes
 
 
@@ -45,8 +46,13 @@ def command(options: argparse.Namespace) -> int:
         print(f"sternplane: {note}", file=sys.stderr)
     # What cannot be opened is refused before anything is written.
     (serve(address) if address else open_bus(bus)).close()
-    with open_ground(options.gcs, flight.configuration, options.gcs_key, options.state) as stations:
+    with (
+        RunTraces() as traces,
+        open_ground(options.gcs, flight.configuration, options.gcs_key, options.state) as stations,
+    ):
+        there = options.out is not None and options.out.exists()
         folder = flight_folder(options.out)
+        traces.follow(folder, made=not there or folder != options.out)
         if options.out is not None and folder != options.out:
             print(
                 f"sternplane: --out {options.out}: holds a log already, which is kept; this run is in {folder}",
@@ -54,6 +60,7 @@ def command(options: argparse.Namespace) -> int:
             )
         stations.save_changes_in(options.state, folder)
         _claim(folder / LOG_FILE)
+        traces.claimed = True
         for left in (folder / TRUTH_FILE, after_log.place_of(folder / LOG_FILE)):
             left.unlink(missing_ok=True)
         for note in flight.notes:
@@ -74,6 +81,7 @@ def command(options: argparse.Namespace) -> int:
         with Progress(scenario.duration, len(scenario.mission.waypoints), PlainConsole(stderr=True)) as progress:
 
             def watch(cycle: Cycle) -> None:
+                traces.flown = True
                 progress.update(cycle)
                 keeper.update(cycle)
                 passports.update(cycle)

@@ -32,7 +32,7 @@ from firmware_py.settings import plain_settings
 from firmware_py.tick import step_ns
 from firmware_py.vehicle.vehicle import Vehicle
 from sim_bridge.bridge import PlantSchedule
-from sim_bridge.build import build_bridge, wiring
+from sim_bridge.build import build_bridge, refuse_absent_targets, wiring
 from sim_bridge.completion import Completion
 from sim_bridge.devices.devices import DevicesParams
 from sim_bridge.devices.line_device import line_losses
@@ -181,7 +181,9 @@ def prepare(request: FlightRequest, kept: Mapping[str, Any]) -> Flight:
         aboard=AboardFaults(scenario.injected, realtime=request.pace == "realtime"),
     )
     files, sensors = configuration["files"], str(request.config / "sensors.toml")
-    if parse_hil_link(request.link):
+    hil = parse_hil_link(request.link)
+    refuse_absent_targets(scenario, truth, wiring(flight.io, truth), on_bus=not hil)
+    if hil:
         plausibility.refuse_payload(flight.devices, sensors)
         plausibility.refuse_other_scale(config_files.vehicle(configuration), flight.devices, files["vehicle"], sensors)
     plausibility.refuse_slow_sensors(by_files, flight.devices, shipped["files"]["autopilot"], sensors)
