@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import shutil
+import sys
 from pathlib import Path
 
 import pytest
@@ -95,19 +98,31 @@ def test_an_out_that_is_read_only_is_one_line(flown: Path, tmp_path: Path, words
 
 
 @pytest.mark.timeout(60)
-def test_an_out_that_is_removed_in_flight_is_one_line(
-    flown: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_an_out_that_is_removed_in_flight_is_said_at_once_and_the_flight_summed_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out = tmp_path / "out"
+    said_at: list[float] = []
+    (tmp_path / "longer.toml").write_text(BRIEF.replace("duration_s = 1.0", "duration_s = 2.0"))
 
     def update(_: Progress, cycle: Cycle) -> None:
         if cycle.tick.k == 50:
             shutil.rmtree(out)
+        if not said_at and "was removed" in sys.stderr.getvalue():  # type: ignore[attr-defined]
+            said_at.append(cycle.tick.t)
 
     monkeypatch.setattr(Progress, "update", update)
-    result = called("sitl", "--scenario", "brief.toml", "--out", out, cwd=flown)
+    result = called("sitl", "--scenario", "longer.toml", "--out", out, cwd=tmp_path)
     assert result.returncode == 2
-    assert result.stderr == f"sternplane: {out}/log.mcap: was removed in flight, and is lost\n"
+    log = f"sternplane: {out}/log.mcap: was removed"
+    assert result.stderr.splitlines() == [
+        f"{log}, and will be lost; the flight goes on, and its summary comes at its end",
+        f"{log} in flight, and is lost",
+    ]
+    assert said_at == [pytest.approx(1.01)]
+    assert re.search("vehicle time +2.0 s", result.stdout)
+    assert "completed" in json.loads((out / "summary.json").read_text())
+    assert not (out / "log.mcap").exists()
 
 
 @pytest.mark.timeout(60)

@@ -44,7 +44,8 @@ def parser() -> argparse.ArgumentParser:
         "sitl",
         help="fly a scenario: autopilot and plant in one process, over a CAN bus",
         description="Flies a scenario and leaves log.mcap, summary.json and report.html in a folder of its own.",
-        epilog="Exit status 0 if the mission was completed, 1 if not, 2 for bad input.",
+        epilog="Exit status 0 if the mission was completed, 1 if not, 2 for bad input, and for a log that was removed "
+        "in\nflight: the summary of such a flight is printed all the same.",
     )
     sitl.add_argument(
         "--scenario", default="demo", metavar="NAME", help="see `sternplane scenarios`, or a .toml file [demo]"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import sys
 from pathlib import Path
@@ -25,7 +26,8 @@ from sternplane.logs.streaming import stream
 from sternplane.logs.summary import Summary, summarise
 from sternplane.logs.summary_text import summary_table
 from sternplane.plain_console import PlainConsole
-from sternplane.sitl.flight import fly
+from sternplane.sitl.flight import Flight, Outcome, fly
+from sternplane.sitl.held_log import HeldLog
 from sternplane.sitl.request import parse_settings, requested
 from sternplane.sitl.resumed_flight import prepare_to_resume
 from sternplane.sitl.run_traces import RunTraces
@@ -46,6 +48,22 @@ def command(options: argparse.Namespace) -> int:
         print(f"sternplane: {note}", file=sys.stderr)
     # What cannot be opened is refused before anything is written.
     (serve(address) if address else open_bus(bus)).close()
+    with contextlib.ExitStack() as stack:
+        folder, log, outcome = _fly(options, flight, stack)
+        point_latest(folder)
+        console = PlainConsole()
+        console.print(summary_table(_leave(log, folder, not options.no_report)))
+    if log.removed:
+        raise LogError(f"{folder / LOG_FILE}: was removed in flight, and is lost")
+    for name in ("report.html", "summary.json", LOG_FILE):
+        if (folder / name).exists():
+            console.print(f"  {folder / name}", highlight=False, soft_wrap=True)
+    return 0 if outcome.completed else 1
+
+
+def _fly(options: argparse.Namespace, flight: Flight, stack: contextlib.ExitStack) -> tuple[Path, HeldLog, Outcome]:
+    """Fly, and leave log and state in the folder of the run; return it, its log, held by a stack, and the outcome."""
+    virtual = options.bus.startswith("virtual") and not parse_hil_link(options.link)
     with (
         RunTraces() as traces,
         open_ground(options.gcs, flight.configuration, options.gcs_key, options.state) as stations,
@@ -59,13 +77,13 @@ def command(options: argparse.Namespace) -> int:
                 file=sys.stderr,
             )
         stations.save_changes_in(options.state, folder)
-        _claim(folder / LOG_FILE)
+        log = stack.enter_context(HeldLog(folder / LOG_FILE))
         traces.claimed = True
         for left in (folder / TRUTH_FILE, after_log.place_of(folder / LOG_FILE)):
             left.unlink(missing_ok=True)
         for note in flight.notes:
             stations.ground.say(note)
-        scenario, log = flight.scenario, folder / LOG_FILE
+        scenario = flight.scenario
         keeper = kept_navigation.NavigationKeeper(
             stations.ground.save,
             lambda: flight.autopilot.parts.estimator.keep(),
@@ -85,46 +103,25 @@ def command(options: argparse.Namespace) -> int:
                 progress.update(cycle)
                 keeper.update(cycle)
                 passports.update(cycle)
+                log.update(cycle)
 
-            if bus.startswith("virtual") and not address:
-                outcome = fly(flight, log, watch, stations.merged_with, stations.losses)
+            if virtual:
+                outcome = fly(flight, folder / LOG_FILE, watch, stations.merged_with, stations.losses)
             else:
                 outcome = fly_two_processes(flight, folder, watch, stations.merged_with, stations.losses)
     navigation = flight.autopilot.parts.estimator.keep()
     kept_navigation.save(options.state or folder / "state", navigation, keeper.speed, keeper.mode)
     passports.leave(options.state or folder / "state")
-    point_latest(folder)
-    console = PlainConsole()
-    console.print(summary_table(_leave(log, folder, not options.no_report)))
-    for name in ("report.html", "summary.json", LOG_FILE):
-        if (folder / name).exists():
-            console.print(f"  {folder / name}", highlight=False, soft_wrap=True)
-    return 0 if outcome.completed else 1
+    return folder, log, outcome
 
 
-def _claim(log: Path) -> None:
-    """Create the log, empty; of two runs that began in the same moment only one can.
-
-    Raises:
-        LogError: the other one has, or the folder cannot be written.
-    """
-    try:
-        log.touch(exist_ok=False)
-    except FileExistsError:
-        raise LogError(f"{log}: another flight has begun to write it; choose another --out") from None
-    except OSError as error:
-        raise LogError(f"{log}: cannot be written ({error.strerror}); choose another --out") from None
-
-
-def _leave(log: Path, folder: Path, wanted: bool) -> Summary:
+def _leave(log: HeldLog, folder: Path, wanted: bool) -> Summary:
     """Leave summary.json, and report.html if it is wanted; where nothing can draw, say what to install."""
-    if not log.exists():
-        raise LogError(f"{log}: was removed in flight, and is lost")
     if wanted and not extras.missing():
         from sternplane.report import report
 
-        return report.write_report_of_file(log, folder)
-    summary = summarise(stream(log))
+        return report.write_report_of_file(log.readable, folder)
+    summary = summarise(stream(log.readable))
     try:
         (folder / "report.html").unlink(missing_ok=True)
         write_atomically(folder / "summary.json", f"{json.dumps(summary, indent=2, ensure_ascii=False)}\n".encode())
