@@ -23,8 +23,20 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     "CURRENT": ("current.north", "current.east"),
 }
 """Names of targets that share a kind; a target that is none of these names itself."""
-_CHANNEL, _CHANNEL_RATE, _BALLAST = "unit of the channel", "unit of the channel, by the second", "%, or m"
+_CHANNEL, _CHANNEL_RATE = "unit of the channel", "unit of the channel, by the second"
+_BALLAST = "weight in %, the others in m"
 _BALLAST_UNITS = {"weight": "%", "x_G": "m", "y_G": "m", "z_G": "m"}
+_EXAMPLES: Mapping[str, str] = {
+    "SENSOR": "late:dvl=0.5@60+30",
+    "CHANNEL": "bias:ahrs.yaw=10@60",
+    "ACTUATORS": "off:esc@60+5",
+    "FIN": "jam:stern_port=20@60",
+    "NODE": "silent:servo_hub@60",
+    "BALLAST": "ballast:x_G=0.02@60",
+    "CURRENT": "set:current.east=0.3@60",
+}
+_FURTHER_EXAMPLES = ("lossy:bus=5@60", "duplicate:autopilot@60", "stuck:propeller@60", "stuck:weight@0")
+_EXAMPLES_ABOARD = ("lost:station@60+20", "jump:clock=0.5@60", "full:disk@60")
 
 
 class Kind(NamedTuple):
@@ -78,7 +90,7 @@ KINDS: tuple[Kind, ...] = (
     Kind("drift",     "CHANNEL",   _CHANNEL_RATE, True, "goes off at this rate"),
     Kind("set",       "CHANNEL",   _CHANNEL, True, "shows this"),
     Kind("noise",     "CHANNEL",   _CHANNEL, True, "has so much more white noise, 1 sigma", 0.0),
-    Kind("spike",     "CHANNEL",   _CHANNEL, True, "is off by this in one value; with +DURATION in 5 % of them"),
+    Kind("spike",     "CHANNEL",   _CHANNEL, True, "is off by this once; with +DURATION in one value of 20, by chance"),
     Kind("duplicate", "CHANNEL",   _CHANNEL, False, "is also sent, off by this, under the same node id", on_hil=False),
     Kind("duplicate", "autopilot", "",     False, "is also the id of another node", on_hil=False),
     Kind("critical",  "NODE",      "",     False, "reports health CRITICAL in NodeStatus", on_hil=False),
@@ -94,7 +106,7 @@ KINDS: tuple[Kind, ...] = (
     Kind("stuck",     "propeller", "",     False, "stands still"),
     Kind("stuck",     "weight",    "",     False, "stays when it is released"),
     Kind("set",       "CURRENT",   "m/s",  True,  "becomes this", -5.0, 5.0),
-    Kind("ballast",   "BALLAST",   _BALLAST, True, "moves, or grows, by this", -50.0, 50.0),
+    Kind("ballast",   "BALLAST",   _BALLAST, True, "is greater by this, as if ballast shifted", -50.0, 50.0),
     Kind("lost",      "station",   "",     False, "is not heard by the vehicle: neither it nor the scenario's operator",
          aboard=True),
     Kind("jump",      "clock",     "s",    True,  "stands so much later at once: ticks come late; --pace realtime only",
@@ -143,16 +155,20 @@ def help_text(aboard: bool = True) -> str:
         lines.append(f"  {kind.name + ':' + kind.group + value:<28} {kind.doc}{unit}")
     lines.append("")
     for name, members in GROUPS.items():
-        lines.append(
-            f"  {name}: {', '.join(members) or 'a name of [[fins]] in truth.toml, such as stern_port, rudder_upper'}"
-        )
+        known = ", ".join(members) or "a name of [[fins]] in truth.toml, such as stern_port, rudder_upper"
+        lines.append(f"  {name}: {known}; example {_EXAMPLES[name]}")
+    others = (*_FURTHER_EXAMPLES, *(_EXAMPLES_ABOARD if aboard else ()))
+    lines.append(f"  examples of the others: {', '.join(others)}")
     lines.append("  pressure.2, ahrs.2.roll, ...: of the second device of a kind, if the io file has one")
     lines.append(
         "  battery and leak sensor are one node: off, silent, critical of battery strike both; off:leak only one"
     )
     lines.append("  water in the hull is set:leak=100 (humidity), a battery that is nearly empty set:battery=5")
     if aboard:
-        lines.append("  lost:station strikes only stations that are heard: --gcs, or the orders of the scenario")
+        lines.append(
+            "  lost:station: the scenario's operator counts as a station; at T = 0 none was heard, and it strikes\n"
+            "  nothing; a mission goes on without one, unless safety.station.mission_action says otherwise"
+        )
     units: dict[str, list[str]] = {}
     for name, channel in CHANNELS.items():
         units.setdefault(channel.unit, []).append(name)

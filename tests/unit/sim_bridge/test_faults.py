@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -68,6 +69,11 @@ def test_every_kind_has_an_effect_and_stands_in_the_help():
     for members in GROUPS.values():
         assert all(member in text for member in members)
     assert "off, silent, critical of battery strike both" in text
+    examples = re.findall(r"[\w-]+:[\w.]+(?:=[\d.]+)?@\d+(?:\+\d+)?", text)
+    assert {parse_fault(one).kind.group for one in examples} == {kind.group for kind in KINDS}
+    assert "(weight in %, the others in m, -50 to 50)" in text
+    assert "one value of 20, by chance" in text
+    assert "at T = 0 none was heard, and it strikes nothing" in " ".join(text.split())
     of_plant = help_text(aboard=False)
     for kind in KINDS:
         assert (f"{kind.name}:{kind.group}" in of_plant) is not kind.aboard

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import math
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 from sternplane.cli import main
+from sternplane.cli.main import parser
 from sternplane.sitl.flight import FlightRequest, prepare
-from sternplane.study.safety import command
+from sternplane.study.safety import campaign, command
 from sternplane.study.safety.campaign import LEFT_OUT, TRIALS, Job, jobs
 from sternplane.study.safety.flight import with_bar30, written
 from sternplane.study.safety.judge import Ending, Judge
@@ -25,6 +27,7 @@ from firmware_py.marine import Eta
 from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.health import ActuatorFault, SourceFault
 from firmware_py.records.order import Mode
+from firmware_py.run.usage_error import UsageError
 from sim_bridge.faults.catalogue import KINDS
 from sim_bridge.faults.fault import parse_fault
 from sim_bridge.plant.environment import EnvironmentParams
@@ -349,6 +352,31 @@ def test_the_short_form_has_each_onset_quiet_flights_and_a_replay():
     assert any(job.replay for job in short)
 
 
+def test_help_and_readme_tell_how_many_flights_there_are(capsys):
+    full, short = (len(jobs(range(1000, 1008), short=form)) for form in (False, True))
+    with pytest.raises(SystemExit):
+        parser().parse_args(["study", "safety", "--help"])
+    said = " ".join(capsys.readouterr().out.split())
+    assert f"{full:,} flights" in said
+    assert f"{short} flights" in said
+    readme = (Path(campaign.__file__).parent / "README.md").read_text()
+    assert f"| full | {full:,}: {full - 100:,} of faults" in readme
+    assert f"| short | {short}: {short - 2} of faults" in readme
+
+
+def test_one_trial_is_flown_alone():
+    chosen = jobs(range(2), short=False, titles=["off:dvl", "off:dvl"])
+    assert [(job.trial, job.onset, job.seed) for job in chosen] == [
+        ("off:dvl", onset, seed) for seed in (0, 1) for onset in (0, 1, 2)
+    ]
+    assert [job.trial for job in jobs(range(2), short=True, titles=["lost:station"])] == ["lost:station"]
+
+
+def test_a_trial_that_is_not_known_names_the_nearest():
+    with pytest.raises(UsageError, match=r"--trial 'of:dvl': is unknown; did you mean 'off:dvl'"):
+        jobs(range(1), short=False, titles=["of:dvl"])
+
+
 def test_a_scenario_of_a_job_is_one(tmp_path):
     for title in ("off:ahrs, off:dvl", "bottom rises to 8 m", ""):
         (tmp_path / "one.toml").write_text(written(Job(title, 1, 1001, 60.0)))
@@ -380,7 +408,9 @@ def few(monkeypatch):
             store.add(flown(job.trial, SAFE if job.onset == 0 else study.ends, job.onset, job.seed))
 
     monkeypatch.setattr(command, "fly_all", fly_all)
-    monkeypatch.setattr(command, "jobs", lambda seeds, short: [Job("off:fix", o, s) for s in seeds for o in (0, 1)])
+    monkeypatch.setattr(
+        command, "jobs", lambda seeds, short, _titles: [Job("off:fix", o, s) for s in seeds for o in (0, 1)]
+    )
     return study
 
 

@@ -107,14 +107,17 @@ def doubtful_course(
 ) -> Iterator[str]:
     """Yield what of a scenario's orders and mission is hardly meant, a sentence each.
 
-    These are depths beyond the limit, which no station could order but a scenario may to see what follows, and a bottom
-    beyond the DVL's range: under water at the start, at the depths that are ordered, as if the vehicle stayed there,
-    and along the mission. At the surface it has fixes.
+    These are depths beyond the limit, which no station could order but a scenario may to see what follows; the loss of
+    a station that was never heard; and a bottom beyond the DVL's range: under water at the start, at the depths that
+    are ordered, as if the vehicle stayed there, and along the mission. At the surface it has fixes.
     """
     limit = f"safety.depth_max_m = {params.safety.depth_max:g}"
     for i, order in enumerate(scenario.orders):
         if order.depth > params.safety.depth_max:
             yield f"{where}: orders[{i}]: depth_m = {order.depth:g} is over {limit}: depth_max_action follows there"
+    for fault in scenario.injected:
+        if fault.target == "station" and fault.t == 0.0:
+            yield f"fault {fault.text}: no station was heard before, so it strikes nothing"
     reach = devices.dvl.range_max
     far = [(name, bottom, z) for name, bottom, z in _places(scenario) if bottom - z > reach]
     if far:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+from firmware_py.error_text import quoted
+from firmware_py.run.usage_error import UsageError
 from sternplane.study.safety import other_vehicle_trials, sensor_trials, vehicle_trials
 from sternplane.study.safety.mission import QUIET
 from sternplane.study.safety.trial import Group, Trial
@@ -64,26 +67,47 @@ class Job(NamedTuple):
         return f"{TRIALS[self.trial].name if self.trial else 'quiet'}.{self.onset}.{self.seed}.mcap"
 
 
-def jobs(seeds: range, short: bool) -> list[Job]:
-    """Return every flight, seed by seed, so that a campaign that was broken off has all faults."""
-    found = list(_short(seeds)) if short else list(_full(seeds))
+def trials_of(titles: Sequence[str]) -> list[Trial]:
+    """Return the trials of these titles.
+
+    Raises:
+        UsageError: there is none of a title; it says which is meant probably.
+    """
+    for title in titles:
+        if title not in TRIALS:
+            near = difflib.get_close_matches(title, TRIALS, n=3)
+            meant = f"did you mean {' or '.join(map(quoted, near))}?" if near else "the report and README name them all"
+            raise UsageError(f"--trial {quoted(title)}: is unknown; {meant}")
+    return [TRIALS[title] for title in dict.fromkeys(titles)]
+
+
+def jobs(seeds: range, short: bool, titles: Sequence[str] = ()) -> list[Job]:
+    """Return every flight, seed by seed, so that a campaign that was broken off has all faults.
+
+    With `titles` those of some trials alone, without quiet flights.
+    """
+    chosen = trials_of(titles)
+    found = list(_short(seeds, chosen)) if short else list(_full(seeds, chosen))
     every = max(1, len(found) // (_SHORT_REPLAYS if short else _REPLAYS))
     return [job._replace(replay=i % every == every - 1) for i, job in enumerate(found)]
 
 
-def _full(seeds: range) -> Iterator[Job]:
+def _full(seeds: range, chosen: Sequence[Trial]) -> Iterator[Job]:
     for seed in seeds:
-        for trial in TRIALS.values():
+        for trial in chosen or TRIALS.values():
             for onset in trial.onsets:
                 yield Job(trial.title, onset, seed, keep=seed == seeds.start)
+    if chosen:
+        return
     for k in range(min(_QUIET_FLIGHTS, -(-_QUIET_FLIGHTS * len(seeds) // SEEDS))):
         yield Job("", -1, seeds.start + k, QUIET, keep=k == 0)
 
 
-def _short(seeds: range) -> Iterator[Job]:
-    """The chosen trials, each at one onset: the first is shallow, the next in the middle, the next deep, and so on."""
-    chosen: Sequence[Trial] = [trial for trial in TRIALS.values() if trial.short]
-    for i, trial in enumerate(chosen):
+def _short(seeds: range, chosen: Sequence[Trial]) -> Iterator[Job]:
+    """These trials, or those of the short form, each at one onset: shallow, in the middle, deep, and so on."""
+    for i, trial in enumerate(chosen or [trial for trial in TRIALS.values() if trial.short]):
         yield Job(trial.title, trial.onsets[i % len(trial.onsets)], seeds[i % len(seeds)], keep=True)
+    if chosen:
+        return
     for k in range(_SHORT_FLIGHTS):
         yield Job("", -1, seeds.start + k, _QUIET_SHORT, keep=True)

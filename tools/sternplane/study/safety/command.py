@@ -26,8 +26,8 @@ from sternplane.study.safety.verdict import rows
 def command(options: argparse.Namespace) -> int:
     """Run the campaign; return 0 if no flight is unsafe and every target is met, else 1."""
     seeds = seeds_of(options.seeds, range(JUDGED_FROM, JUDGED_FROM + SEEDS))
+    wanted, revision = jobs(seeds, options.short, options.trial), provenance.git_revision()
     folder = run_folder(options.out)
-    wanted, revision = jobs(seeds, options.short), provenance.git_revision()
     store = Store(folder)
     try:
         fly_all(wanted, store, revision, PlainConsole(stderr=True))
