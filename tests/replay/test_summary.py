@@ -11,12 +11,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from rich.console import Console
+from sternplane.logs import findings
 from sternplane.logs.losses import times, told
 from sternplane.logs.reading import read
 from sternplane.logs.summary import Summary, summarise
 from sternplane.logs.summary_text import LABEL_WIDTH, key_figures, outcome, summary_table
 from sternplane.logs.tracking import path_error, true_columns
 
+from firmware_py.records.event import Cause, EventKind, event
+from firmware_py.records.health import ActuatorFault, SourceFault
 from firmware_py.records.order import Mode
 
 HELD = np.arange(200, 300) * 0.01
@@ -243,6 +246,27 @@ def test_a_log_with_damage_in_it_says_what_is_missing_beside_how_the_flight_ende
     s = summarise(read(tmp_path / "log.mcap"))
     assert (s["completed"], s["complete"], s["cycles"]) == (True, False, 250)
     assert figures(s)["the log is"].startswith("damaged between bytes ")
+
+
+def test_what_rules_and_the_monitor_of_the_bus_found_is_told_once(flown: Path) -> None:
+    leak = event(EventKind.MODE_CHANGED, Cause.LEAK, before=Mode.MISSION, after=Mode.HOLD)
+    low = event(EventKind.RULE_WARNS, Cause.BATTERY_WARNING, (0.28, 0.3))
+    twice = event(EventKind.NODE_FAULT, numbers=(float(SourceFault.TWO_SENDERS),), names=("pressure",))
+    done = event(EventKind.MODE_CHANGED, Cause.MISSION_DONE, before=Mode.MISSION, after=Mode.SURFACE)
+    worn = event(EventKind.RULE_WARNS, Cause.ACTUATOR_WORN, (float(ActuatorFault.SLOW),), ("rudder_upper",))
+    events = [(1.0, (leak, low)), (2.0, (low, done)), (2.5, (twice, worn))]
+    found = findings.findings(events, {"rudder_upper"})
+    told = [(one["by"], one["first_s"], one["times"]) for one in found]
+    assert told == [("rule", 1.0, 1), ("rule", 1.0, 2), ("bus", 2.5, 1)]
+    rows = key_figures(summarise(read(flown)) | {"found": found})["found in flight"]
+    assert rows[:2] == [
+        (
+            "by the rules",
+            "MISSION -> HOLD: water in the hull, at 1.0 s; battery at 28%, less than 30%, at 1.0 s, 2 times",
+        ),
+        ("on the bus", "node pressure: two senders under one node id, at 2.5 s"),
+    ]
+    assert len(findings.findings(events, ())) == 4
 
 
 def test_one_cycle_and_no_order_are_enough(tmp_path: Path, toy: SimpleNamespace) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from firmware_py.records.order import Mode
 from sternplane.logs import after_log, health_record, lateness_histogram, losses, standard_manoeuvres
 from sternplane.logs.adoption import AdoptionFigures
+from sternplane.logs.findings import findings
 from sternplane.logs.learned import LearnedFigures, with_none
 from sternplane.logs.learning_reasons import LearningReasons, with_reasons
 from sternplane.logs.manoeuvrability import LimitFigures
@@ -71,6 +72,7 @@ def summarise(log: Run) -> Summary:
     gcs_N_*: of the N-th link to ground stations, what came unsigned, malformed or too fast (flooding, overrun), what
     was not taken for want of room, and what was not said or sent to them.
     health: sensors and actuators that were ever not good, and the ascent: see `HealthRecord.document`.
+    found: what rules and the monitor of the bus found beside: by ("rule", "bus"), text, first_s, times (`findings`).
     learned: None if nothing was; else of the last cycle, by coefficient, value, std, valid, believed, and truth (with
     what faults have left of the fins: `true_coefficients`), error_pct and error_sigmas where the truth was logged;
     mean_square_error_sigmas over them, correlations left out; nis by sensor, current_m_s and current_std_m_s (north,
@@ -121,7 +123,8 @@ def summarise(log: Run) -> Summary:
         "losses": {**losses.losses(log), **end.get("losses", {})},
         "losses_seen_s": losses.times(log),
         "received": received.counts,
-        "health": health.document(),
+        "health": (known := health.document()),
+        "found": findings(log.events, {*known["sensors"], *known["actuators"]}),
         "learned": with_reasons(learned.summary, reasons.of(learned)),
         "not_learned_because": reasons.nothing or None,
         "adoption": adoption.summary,

@@ -7,7 +7,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from sternplane.logs import health_record, lateness_histogram, losses
+from sternplane.logs import findings, health_record, lateness_histogram, losses
 from sternplane.logs.adoption import adopted_text
 from sternplane.logs.summary import Summary
 
@@ -141,6 +141,7 @@ def _side(metres: float, positive: str, negative: str) -> str:
 def _found(summary: Summary) -> Rows:
     """Return what was wrong, as the vehicle found it, and what was made wrong on purpose."""
     found = health_record.key_figures(summary["health"], summary["logged_s"])
+    found += findings.key_figures(summary["found"])
     if left := left_by_the_fins(summary):
         found.append(("left at the end", left))
     for label, key in (("faults injected", "faults"), ("of these not begun at the end", "faults_not_begun")):
