@@ -23,7 +23,7 @@ from sternplane.report.drawing import Plot
 
 from firmware_py.adapters.kernel_cache import ROOT
 from firmware_py.adapters.storage.recorder import LogError
-from firmware_py.records.event import Cause, Event, EventKind, Severity
+from firmware_py.records.event import Cause, Event, EventKind, Severity, event
 from firmware_py.records.health import ActuatorFault
 from firmware_py.records.order import Mode
 
@@ -127,16 +127,57 @@ def test_faults_are_marked_where_they_begin_and_end_in_every_plot_over_time(flow
     log.header["faults"] = ["jam:a=5@1+0.5", "jam:b=5@1+7", "off:fix@1.5", "off:ahrs@60", "of another version@1"]
     over_time = over_time_of(log)
     assert len(over_time) > 5
+    told = {"1": "1 s: jam:a=5, jam:b=5", "2": "1.5 s: off:fix, jam:a=5 ends"}
     for plot in over_time:
         lines = [shape for shape in plot.figure.layout.shapes if shape.type == "line"]
-        found = [(shape.x0, shape.x1, shape.label.text, shape.name, shape.showlegend) for shape in lines]
-        assert found == [
-            (1.0, 1.0, "jam:a=5 +1", "fault begins", True),
-            (1.5, 1.5, "off:fix +1", "fault begins", False),
+        assert [(shape.x0, shape.x1, shape.name) for shape in lines] == [
+            (1.0, 1.0, "fault begins"),
+            (1.5, 1.5, "fault begins"),
         ]
+        numbers = plot.figure.layout.annotations
+        assert {one.text: one.hovertext for one in numbers} == told
+        assert all(one.y == 1 and one.yanchor == "bottom" and not one.textangle for one in numbers), "above the curves"
+    text = flight_page.flight_page(log, summarise(log))
+    for number, words in told.items():
+        assert f"<b>{number}</b>{words}</span>" in text
     log.header["faults"] = ["freeze:pressure@1+1"]
     (end,) = [shape for shape in over_time_of(log)[0].figure.layout.shapes if shape.name == "fault ends"]
-    assert (end.x0, end.label.text, end.line.dash) == (2.0, "freeze:pressure ends", "dot")
+    assert (end.x0, end.line.dash) == (2.0, "dot")
+
+
+def test_numbers_of_faults_that_come_close_stand_above_each_other(flown: Path) -> None:
+    log = read(flown)
+    log.header["faults"] = ["off:fix@1", "off:ahrs@1.02", "off:dvl@1.04", "off:leak@2"]
+    numbers = over_time_of(log)[0].figure.layout.annotations
+    assert [one.yshift for one in numbers] == [0, 15, 0, 0]
+
+
+def test_fins_that_do_the_same_are_one_line_and_none_is_hidden(flown: Path) -> None:
+    log = read(flown)
+    for name in ("applied.fins", "frame.fins.value"):
+        log.columns[name] = log.columns[name][:, [0, 0, 2, 2]]
+    log.columns["frame.fins.value"][:, 3] += np.radians(5.0)  # it does not obey
+    lines = {trace.name: trace.line.dash for trace in drawn(log, "Fins").figure.data}
+    commanded = {name: dash for name, dash in lines.items() if "reported" not in name}
+    assert commanded == {"fin 1 and fin 2": "solid", "fin 3": "solid", "fin 4": "dash"}
+    assert len(lines) == 6
+
+
+def test_bottom_and_depth_limit_are_shown_where_the_vehicle_truly_comes_near(flown: Path) -> None:
+    """The estimate stays shallow, as with a pressure sensor at fault; the vehicle is deep."""
+    log = read(flown)
+    ones = np.ones(300)
+    log.columns.update({"state.eta.z": ones, "state.altitude": 9.0 * ones})
+    for depth, shown in ((1.0, "legendonly"), (7.0, None)):
+        log.truth["eta.z"] = depth * ones
+        assert bottom(log).visible == shown
+    log.truth["eta.z"] = ones
+    log.events.append((2.5, (event(EventKind.RULE_WARNS, Cause.ALTITUDE_LIMIT, (2.0, 3.0)),)))
+    assert bottom(log).visible is None
+
+
+def bottom(log: Log) -> Any:
+    return next(trace for trace in drawn(log, "Depth").figure.data if trace.name == "bottom")
 
 
 def over_time_of(log: Log) -> list[Plot]:

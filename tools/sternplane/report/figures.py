@@ -10,6 +10,7 @@ import plotly.graph_objects as go
 
 from firmware_py import config_files
 from firmware_py.params import ParamError
+from firmware_py.records.event import Cause
 from firmware_py.records.order import Mode
 from sternplane.logs.health_record import Timeline, fin_names
 from sternplane.logs.run import Run
@@ -37,7 +38,13 @@ _MOST_POINTS = 4000
 _MOST_EVENTS = 1000
 """So many events are marked."""
 _NEAR_LIMIT = 2.0
-"""The depth limit is drawn at once where it is less than so many times the greatest depth; else from the legend."""
+"""Depth limit and bottom are drawn at once less than so many times the greatest depth down; else from the legend."""
+_LIMITS = (Cause.DEPTH_LIMIT, Cause.ALTITUDE_LIMIT, Cause.BOTTOM_UNSEEN)
+"""Where a rule told one of these, they are drawn in any case."""
+_HIDDEN = 0.1
+"""A fin that is commanded as another one for more than this share of the time would hide it."""
+_SAME_DEG = 1.0
+"""Fins that are commanded alike and report angles no further apart are one line."""
 
 
 class Bands(NamedTuple):
@@ -57,14 +64,14 @@ class Figures:
         self.stride, self.envelope, _ = self._drawn.stride
         self.rate = self._drawn.rate
         self.bands = _bands(self._drawn.modes)
+        self.marks = fault_marks.fault_marks(log.header, self.bands[-1].end)
         self._c, self._truth = self._drawn.c, self._drawn.truth
         self._t = self._c["t"].astype(np.float32)
 
     def __iter__(self) -> Iterator[Plot]:
-        marks = fault_marks.fault_marks(self._log.header, self.bands[-1].end)
         for plot in self._plots():
             if plot.over_time:
-                fault_marks.draw(plot.figure, marks)
+                fault_marks.draw(plot.figure, self.marks)
             yield plot
 
     def _plots(self) -> Iterator[Plot]:
@@ -91,20 +98,26 @@ class Figures:
         plot = self._three(
             "Depth", "depth, m", 0.5, c["reference.z_d"], c["state.eta.z"], truth.get("eta.z"), "Diamonds are events."
         )
+        depths = [c["state.eta.z"], *([truth["eta.z"]] if truth else [])]
+        deepest = max(float(np.nanmax(z, initial=0.0)) for z in depths)
         if np.isfinite(c["bottom"]).any():
-            line(plot.figure, self._t, c["bottom"], "bottom", "#a16207", width=1, visible="legendonly")
+            shown = self._shown(float(np.nanmin(c["bottom"])), deepest)
+            line(plot.figure, self._t, c["bottom"], "bottom", "#a16207", width=1, **shown)
         if events := self._log.sentences[:_MOST_EVENTS]:
             texts, (times, z) = [text for _, text in events], self._drawn.events[:, :_MOST_EVENTS]
             marker = {"symbol": "diamond", "size": 9, "color": "#be185d"}
             plot.figure.add_scatter(x=times, y=z, text=texts, name="events", mode="markers", marker=marker)
         limit = _depth_limit(self._log)
         if limit is not None:
-            near = limit < _NEAR_LIMIT * float(np.nanmax(c["state.eta.z"], initial=0.0))
-            ends = self._t[[0, -1]]
-            shown: dict[str, Any] = {} if near else {"visible": "legendonly"}
+            ends, shown = self._t[[0, -1]], self._shown(limit, deepest)
             line(plot.figure, ends, np.full(2, limit), f"depth limit, {limit:g} m", "#dc2626", dash="dot", **shown)
         plot.figure.update_yaxes(autorange="reversed")
         return plot
+
+    def _shown(self, z: float, deepest: float) -> dict[str, Any]:
+        """Return how a line at a depth is shown: at once if the vehicle was near it, or a rule spoke of it."""
+        told = any(event.cause in _LIMITS for _, events in self._log.events for event in events)
+        return {} if told or z < _NEAR_LIMIT * deepest else {"visible": "legendonly"}
 
     def heading(self) -> Plot:
         """Heading without jumps at north; all of it on the turn that the vehicle is on."""
@@ -127,16 +140,21 @@ class Figures:
         return Plot("Attitude", "Bow up and starboard down are positive.", figure)
 
     def fins(self) -> Plot:
-        """Every fin: commanded and reported."""
+        """Every fin: commanded and reported; those that do the same are one line."""
         figure = self._figure("fin angle, degrees")
         commanded, reported = (np.degrees(self._c[name]) for name in ("applied.fins", "frame.fins"))
-        for i, name in enumerate(fin_names(self._log.header, commanded.shape[1])):
-            colour = COLOURS[i % len(COLOURS)]
-            line(figure, self._t, commanded[:, i], name, colour, legendgroup=name)
+        names, drawn = fin_names(self._log.header, commanded.shape[1]), np.zeros(0, np.int64)
+        note = "Commanded; dotted: what the servos report."
+        for group in _alike(commanded, reported):
+            i, name = group[0], _listed([names[k] for k in group])
+            colour, hidden = COLOURS[i % len(COLOURS)], (commanded[:, i] == commanded[:, drawn].T).mean(axis=1) > 0.5
+            dash = "dash" if hidden.any() else "solid"  # over the line that it would hide
+            line(figure, self._t, commanded[:, i], name, colour, dash=dash, legendgroup=name)
             pen: dict[str, Any] = {"dash": "dot", "legendgroup": name, "showlegend": False}
             line(figure, self._t, reported[:, i], f"{name}, reported", colour, **pen)
+            drawn = np.append(drawn, i)
         minimum_height(figure, 4.0)
-        return Plot("Fins", "Commanded; dotted: what the servos report.", figure)
+        return Plot("Fins", note, figure)
 
     def propeller(self) -> Plot:
         """Propeller: commanded and reported."""
@@ -163,6 +181,25 @@ class Figures:
         figure.update_xaxes(title="vehicle time, s", range=[self.bands[0].begin, self.bands[-1].end])
         figure.update_yaxes(title=unit)
         return figure
+
+
+def _alike(commanded: Array, reported: Array) -> list[list[int]]:
+    """Return the fins, columns of both, in groups that were commanded and moved alike."""
+    groups: list[list[int]] = []
+    for i in range(commanded.shape[1]):
+        for group in groups:
+            same = np.array_equal(commanded[:, i], commanded[:, group[0]], equal_nan=True)
+            if same and np.allclose(reported[:, i], reported[:, group[0]], rtol=0.0, atol=_SAME_DEG, equal_nan=True):
+                group.append(i)
+                break
+        else:
+            groups.append([i])
+    return groups
+
+
+def _listed(names: list[str]) -> str:
+    """Return names as words: "a", "a and b", "a, b and c"."""
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 def mode_colours(bands: list[Bands]) -> list[tuple[str, str]]:

@@ -16,7 +16,7 @@ from sternplane.logs.health_record import actuator_text
 from sternplane.logs.run import Run
 from sternplane.logs.summary import Summary
 from sternplane.logs.summary_text import key_figures, left_by_the_fins, outcome, unlogged
-from sternplane.report import health_plot
+from sternplane.report import fault_marks, health_plot
 from sternplane.report.adoption_table import adoption_section
 from sternplane.report.figures import Figures, mode_colours
 from sternplane.report.limits_table import limits_section
@@ -62,6 +62,7 @@ def flight_page(log: Run, summary: Summary) -> str:
         warnings=_warnings(log, summary),
         key_figures=key_figures(summary),
         colours=mode_colours(figures.bands),
+        marks=fault_marks.key(figures.marks),
         sections=sections,
         footnote=_footnote(figures),
     )

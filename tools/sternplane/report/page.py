@@ -99,6 +99,7 @@ class Page:
         warnings: shown in boxes that nobody overlooks.
         key_figures: (label, value with unit), by the title of their group; "" for none.
         colours: (colour, label): what the shades in the plots mean.
+        marks: (number, text): what the numbered lines in the plots mean.
         footnote: below everything.
     """
 
@@ -111,6 +112,7 @@ class Page:
     warnings: Sequence[str] = ()
     key_figures: Mapping[str, Sequence[tuple[str, str]]] = field(default_factory=dict)
     colours: Sequence[tuple[str, str]] = ()
+    marks: Sequence[tuple[str, str]] = ()
     footnote: str = ""
 
 
@@ -174,7 +176,8 @@ def rows_of(pairs: Iterable[tuple[Any, Any]]) -> list[list[str]]:
 def _drawn(plot: Plot) -> tuple[Any, Any, bool]:
     """What plotly.js draws: data and layout; and whether its x axis is the time that all plots share."""
     figure = plot.figure
-    figure.update_layout(_LAYOUT)
+    raised = {} if figure.layout.legend.y is None else {"y": figure.layout.legend.y}
+    figure.update_layout(_LAYOUT | {"legend": _LAYOUT["legend"] | raised})
     if figure.layout.hovermode is None:
         figure.update_layout(hovermode="x unified" if plot.over_time else "closest")
     figure.update_xaxes(_AXIS)
