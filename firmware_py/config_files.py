@@ -111,11 +111,8 @@ def with_kept_changes(configuration: Configuration, state: Path | None) -> dict[
     if path is None or not path.exists():
         return dict(configuration)
     base = configuration["autopilot"]
-    try:
-        changes = read_toml(path)
-        load(AutopilotParams, merge(base, changes), str(path))
-    except ParamError as error:
-        raise ParamError(f"{error}; without it the vehicle flies without what stations changed") from None
+    changes = read_toml(path)
+    load(AutopilotParams, merge(base, changes), str(path))
     was = dump(load(AutopilotParams, base, configuration["files"]["autopilot"]))
     return {
         **configuration,

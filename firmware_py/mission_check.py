@@ -37,7 +37,11 @@ def refuse_mission(
     turning = params.guidance.turning.widened(able.turn_radius)
     limits = Limits(*node_settings(params).limits[:2], fence, turning)
     path_check = PathCheck(limits)
+    depth_max = params.safety.depth_max
     for i, item in enumerate(mission.items):
+        if isinstance(item, Waypoint | Loiter) and not item.above and item.z > depth_max:
+            limit = f"safety.depth_max_m = {depth_max:g}"
+            raise ParamError(f"{where}: {key}[{i}]: depth {item.z:.1f} m is over {limit}")
         try:
             path_check.check(i, item)
         except ItemRefused as refused:

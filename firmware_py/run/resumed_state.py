@@ -26,6 +26,16 @@ _ROUNDING = 1.0
 """Pa."""
 _LONGEST = 300
 """Of the reason in a sentence, characters."""
+_INSTEAD: Mapping[str, str] = {
+    kept_navigation.FILE: "position, depth of the surface and mode begin as in a first run",
+    kept_node_ids.FILE: "devices are given node ids anew",
+    store.FILE: "the values of autopilot.toml hold now",
+    kept_passport.FILE: "the coefficients of vehicle.toml hold, and learning begins anew",
+    plan_builder.FILES[plan_builder.MISSION]: "no mission that a station sent is in force",
+    plan_builder.FILES[plan_builder.FENCE]: "no fence that a station sent is in force",
+    plan_builder.FILES[plan_builder.RALLY]: "no rally point that a station sent is in force",
+}
+"""What a run begins with in place of each file."""
 
 
 def resume_state(
@@ -164,8 +174,9 @@ def set_aside_unusable(
                 raise UsageError(f"{path}: is not a regular file")
             check()
         except _UNUSABLE as error:
-            why = one_line(error)[:_LONGEST]
-            sentences.append(f"{path}: cannot be used, and is set aside as {_set_aside(path).name}: {why}")
+            why = one_line(error).removeprefix("--state: ").removeprefix(str(path)).lstrip(": ")[:_LONGEST]
+            aside = _set_aside(path).name
+            sentences.append(f"{path}: cannot be used, and is set aside as {aside}: {why}; {_INSTEAD[name]}")
     return sentences
 
 

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 from firmware_py.adapters.storage.log_names import LOG_FILE, flight_number
+from firmware_py.adapters.storage.regular_file import folder_error
 from firmware_py.run.usage_error import UsageError
 
 __all__ = ["LOG_FILE", "flight_folder", "numbered_folder", "point_latest", "run_folder"]
@@ -29,7 +30,8 @@ def run_folder(out: Path | None) -> Path:
             return _stamped(Path("runs"))
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise UsageError(f"{where}: cannot be made ({error.strerror}); choose another folder with --out") from None
+        why = folder_error(out or Path("runs"), error)
+        raise UsageError(f"{where}: cannot be made ({why}); choose another folder with --out") from None
     if not os.access(out, os.W_OK | os.X_OK):
         raise UsageError(f"{where}: cannot be written; choose another folder with --out")
     return out

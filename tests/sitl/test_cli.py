@@ -123,7 +123,7 @@ def test_a_bad_configuration_is_one_line_with_file_and_key(
         (("--scenario", "folder.toml"), ("folder.toml: cannot be read (Is a directory)",)),
         (("--scenario", "mud.toml"), ("mud.toml: start: depth_m = 50 is below the bottom", "which is 40 m deep there")),
         (("--scenario", "far.toml"), ("far.toml: waypoints[0]: x_m = 1e+300: out of bounds",)),
-        (("--scenario", "deep.toml"), ("deep.toml: waypoints[1]: depth 30.5 m, limit 30 m",)),
+        (("--scenario", "deep.toml"), ("deep.toml: waypoints[1]: depth 30.5 m is over safety.depth_max_m = 30",)),
         (("--scenario", "ground.toml"), ("ground.toml: waypoints[0]: depth 9 m, and the bottom is 10 m deep there",)),
         (("--scenario", "fast.toml"), ("fast.toml: waypoints[0]: speed_m_s = 5 is over guidance.speed_max_m_s",)),
         (("--scenario", "slow.toml"), ("sensors.toml: pressure.rate_hz = 1: safety.depth_timeout_s = 0.5 in ",)),

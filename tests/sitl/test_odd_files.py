@@ -89,6 +89,15 @@ def test_an_out_that_is_a_fifo_is_refused_before_anything_is_done(
     assert (tmp_path / "out").is_fifo()
 
 
+@pytest.mark.parametrize("words", [("sitl", "--scenario", "brief.toml"), ("fly", "--bus", "udp:6"), ("report", "good")])
+def test_an_out_that_is_no_folder_says_what_it_is(flown: Path, tmp_path: Path, words: tuple[str, ...]) -> None:
+    (tmp_path / "out").write_text("mine")
+    os.mkfifo(tmp_path / "fifo")
+    assert_refused(flown, *words, "--out", tmp_path / "out", says="(it is a file, not a folder)")
+    assert_refused(flown, *words, "--out", tmp_path / "fifo", says="(it is a FIFO, not a folder)")
+    assert_refused(flown, *words, "--out", tmp_path / "out" / "in", says=f"({tmp_path}/out is a file, not a folder)")
+
+
 @pytest.mark.timeout(60)
 @pytest.mark.skipif(os.geteuid() == 0, reason="nothing is read-only to root")
 @pytest.mark.parametrize("words", [("sitl", "--scenario", "brief.toml"), ("report", "good"), ("fly", "--bus", "udp:6")])

@@ -18,6 +18,7 @@ from firmware_py.adapters.storage.log_keeper import LogKeeper
 from firmware_py.adapters.storage.log_names import part_file
 from firmware_py.adapters.storage.log_params import LogParams
 from firmware_py.adapters.storage.recorder import MEMORY, Codecs, LogError, LogRecorder, LogWriter
+from firmware_py.adapters.storage.regular_file import folder_error
 from firmware_py.records.cycle import Cycle
 from firmware_py.tick import NS_PER_S
 
@@ -115,7 +116,9 @@ class PartedLog:
             header = {**self._header, "part": self._part + 1, **more}
             return LogWriter(path, header, exclusive=True, codecs=self._codecs)
         except OSError as error:
-            raise LogError(f"{self._folder}: cannot be made ({error.strerror}); choose another folder") from None
+            raise LogError(
+                f"{self._folder}: cannot be made ({folder_error(self._folder, error)}); choose another folder"
+            ) from None
         except LogError:
             if not there:  # a full disk takes the name, and not the content
                 path.unlink(missing_ok=True)

@@ -1,8 +1,9 @@
-"""Reading of regular files only: to read a FIFO would wait for a writer, and a device may never end."""
+"""Reading of regular files only, since a FIFO waits for a writer and a device may never end; what is no folder."""
 
 from __future__ import annotations
 
 import errno
+import os
 from pathlib import Path
 
 MOST = 1 << 24
@@ -22,3 +23,20 @@ def read_regular(path: Path) -> bytes:
     if len(content) > MOST:
         raise OSError(errno.EFBIG, f"it has more than {MOST >> 20} MiB", str(path))
     return content
+
+
+def folder_error(folder: Path, error: OSError) -> str:
+    """Return why a folder cannot be made or written: what else is in its place or above it, or the system's words."""
+    for path in (folder, *folder.parents):
+        if os.path.lexists(path):
+            if path.is_dir():
+                break
+            return f"{'it' if path == folder else path} is {_kind(path)}, not a folder"
+    return error.strerror or str(error)
+
+
+def _kind(path: Path) -> str:
+    if not path.exists():
+        return "a link that leads nowhere"
+    kinds = {"a file": path.is_file(), "a FIFO": path.is_fifo(), "a socket": path.is_socket()}
+    return next((kind for kind, is_it in kinds.items() if is_it), "a device")

@@ -93,7 +93,7 @@ def test_waypoints_beside_items_are_refused_by_file(folder: Path) -> None:
         ("depth_m = 0.0", "z_m = 0.0", "waypoints[1]: z_m is unknown; did you mean y_m?"),
         ("speed_m_s = 0.0", 'speed_m_s = "fast"', "waypoints[1]: speed_m_s = 'fast': must be a number in m/s"),
         ("[[waypoints]]", "[waypoints]", "is not TOML"),
-        ("depth_m = 5.0", "depth_m = 31.0", "waypoints[0]: depth 31.0 m, limit 30 m"),
+        ("depth_m = 5.0", "depth_m = 31.0", "waypoints[0]: depth 31.0 m is over safety.depth_max_m = 30"),
         ("speed_m_s = 1.8", "speed_m_s = 2.6", "waypoints[0]: speed_m_s = 2.6 is over guidance.speed_max_m_s = 2.5"),
     ],
 )

@@ -37,10 +37,13 @@ def test_a_mission_within_the_limits_is_taken() -> None:
 @pytest.mark.parametrize(
     ("item", "words"),
     [
-        (GOOD[0]._replace(z=30.1), "here.toml: items[3]: depth 30.1 m, limit 30 m"),
+        (GOOD[0]._replace(z=30.1), "here.toml: items[3]: depth 30.1 m is over safety.depth_max_m = 30"),
         (GOOD[2]._replace(z=1.9), "here.toml: items[3]: 1.9 m above the bottom, minimum 2 m"),
         (GOOD[0]._replace(u=2.6), "here.toml: items[3]: speed_m_s = 2.6 is over guidance.speed_max_m_s = 2.5"),
-        (Loiter(0.0, 0.0, 31.0, 1.0, False, 0.0, 1.0, 0.0), "here.toml: items[3]: depth 31.0 m, limit 30 m"),
+        (
+            Loiter(0.0, 0.0, 31.0, 1.0, False, 0.0, 1.0, 0.0),
+            "here.toml: items[3]: depth 31.0 m is over safety.depth_max_m = 30",
+        ),
         (
             replace(Manoeuvre(ManoeuvreKind.PRBS), speed=3.0),
             "here.toml: items[3]: speed_m_s = 3 is over guidance.speed_max_m_s = 2.5",

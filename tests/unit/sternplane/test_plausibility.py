@@ -49,7 +49,7 @@ def test_a_mission_beyond_the_limits_of_the_files_is_refused(tmp_path: Path) -> 
     brief = 'description = "Too deep."\nduration_s = 60.0\ncompletes = "time"\n'
     place = "x_m = 100.0\ny_m = 0.0\nspeed_m_s = 1.5\ndepth_m = 900.0\n"
     (tmp_path / "deep.toml").write_text(f"{brief}[[waypoints]]\n{place}")
-    with pytest.raises(ParamError, match=r"deep.toml: waypoints\[0\]: depth 900.0 m, limit 30 m"):
+    with pytest.raises(ParamError, match=r"deep.toml: waypoints\[0\]: depth 900.0 m is over safety.depth_max_m = 30"):
         prepare(FlightRequest(scenario=str(tmp_path / "deep.toml")), {})
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.adapters.storage.recorder import LogError
+from firmware_py.adapters.storage.regular_file import folder_error
 from sternplane.logs.reading import LARGE, find
 from sternplane.logs.run import Run
 from sternplane.logs.streaming import stream
@@ -32,7 +33,9 @@ def write_report(log: Run, folder: str | Path) -> Summary:
         write_atomically(folder / "summary.json", f"{text}\n".encode())
         write_atomically(folder / "report.html", page.encode())
     except OSError as error:
-        raise LogError(f"{folder}: the report cannot be written ({error.strerror}); choose another --out") from None
+        raise LogError(
+            f"{folder}: the report cannot be written ({folder_error(folder, error)}); choose another --out"
+        ) from None
     return summary
 
 

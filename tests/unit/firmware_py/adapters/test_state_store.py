@@ -82,5 +82,7 @@ def test_a_replacement_that_fails_half_way_leaves_the_old_file(tmp_path, monkeyp
 
 def test_a_file_in_place_of_the_folder_is_refused(tmp_path):
     (tmp_path / "state").write_text("precious")
-    with pytest.raises(StateStoreError, match=r"state: cannot be made \(File exists\); choose another --state"):
+    with pytest.raises(
+        StateStoreError, match=r"state: cannot be made \(it is a file, not a folder\); choose another --state"
+    ):
         StateStore(tmp_path / "state")

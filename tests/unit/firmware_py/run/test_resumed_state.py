@@ -26,6 +26,13 @@ BAD = {
     "fence.json": ["", '{"items": [[1, 2]]}'],
     "rally.json": ["null"],
 }
+INSTEAD = {
+    "navigation.json": "position, depth of the surface and mode begin as in a first run",
+    "parameters.toml": "the values of autopilot.toml hold now",
+    "mission.json": "no mission that a station sent is in force",
+    "fence.json": "no fence that a station sent is in force",
+    "rally.json": "no rally point that a station sent is in force",
+}
 
 
 def names(folder: Path) -> set[str]:
@@ -40,6 +47,8 @@ def test_a_file_that_cannot_be_used_is_renamed_and_told_and_the_rest_can_be_read
     [sentence] = set_aside_unusable(CONFIG, None, tmp_path)
     assert "\n" not in sentence
     assert sentence.startswith(f"{tmp_path / name}: cannot be used, and is set aside as {name}.corrupt-1: ")
+    assert sentence.count(str(tmp_path)) == 1
+    assert sentence.endswith(f"; {INSTEAD[name]}")
     assert len(sentence) < 500
     assert names(tmp_path) == {f"{name}.corrupt-1"}
     assert (tmp_path / f"{name}.corrupt-1").read_text() == content
