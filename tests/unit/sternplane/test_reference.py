@@ -1,7 +1,15 @@
 from __future__ import annotations
 
+import re
+
+import pytest
 from sternplane.codegen import configuration_reference
 
+from firmware_py.adapters.installation import configs
+from firmware_py.adapters.storage.toml_files import read_toml
+from firmware_py.config_files import merge
+from firmware_py.params import ParamError, load
+from firmware_py.reconfiguration import AutopilotParams
 from sim_bridge.faults.catalogue import KINDS
 
 
@@ -22,3 +30,18 @@ def test_the_reference_names_every_fault_and_every_file() -> None:
     }
     for name in files | {"io_*.toml", "mission.toml", "scenarios/*.toml"}:
         assert f"## {name}\n" in page
+
+
+def test_the_actions_of_a_key_are_those_that_it_takes() -> None:
+    """A rule such as that of the lost depth leaves neither depth nor way to hold or to return with."""
+    rows = re.findall(r"`safety\.(\w+_action)` .*One of ([^|]*)\. \|", configuration_reference.page())
+    listed = {key: set(re.findall(r'"(\w+)"', words)) for key, words in rows}
+    assert listed["depth_action"] == {"none", "warn", "surface", "surface_and_drop"}
+    assert listed["leak_action"] == {"none", "warn", "hold", "return", "surface", "surface_and_drop"}
+    shipped = read_toml(configs() / "npsauv2" / "autopilot.toml")
+    for key, taken in listed.items():
+        for action in listed["leak_action"] - taken:
+            with pytest.raises(ParamError, match=f'{key} = "{action}"'):
+                load(AutopilotParams, merge(shipped, {"safety": {key: action}}), "")
+        for action in taken:
+            load(AutopilotParams, merge(shipped, {"safety": {key: action}}), "")
