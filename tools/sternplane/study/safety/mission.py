@@ -12,7 +12,7 @@ PLACES = ("5 m", "9 m", "25 m")
 """About how deep it is then."""
 DEPTH_MAX, BOTTOM = 30.0, 40.0
 """The rule's limit and the depth of the water, m."""
-LONGEST = 400.0
+LONGEST = 450.0
 """A flight that has not ended by then is given up, s."""
 QUIET = 600.0
 """A flight without faults, s."""
