@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from sternplane.cli.progress import Progress
+from sternplane.report import report
 
 from firmware_py.adapters import kernel_compile
 from firmware_py.records.cycle import Cycle
@@ -89,12 +90,20 @@ def test_an_out_that_is_a_fifo_is_refused_before_anything_is_done(
     assert (tmp_path / "out").is_fifo()
 
 
+def test_a_report_into_what_is_no_folder_is_refused_before_the_log_is_read(
+    flown: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "out").write_text("mine")
+    monkeypatch.setattr(report, "stream", lambda _: pytest.fail("the log was read"))
+    assert_refused(flown, "report", "good", "--out", tmp_path / "out", says="it is a file, not a folder")
+
+
 @pytest.mark.parametrize("words", [("sitl", "--scenario", "brief.toml"), ("fly", "--bus", "udp:6"), ("report", "good")])
 def test_an_out_that_is_no_folder_says_what_it_is(flown: Path, tmp_path: Path, words: tuple[str, ...]) -> None:
     (tmp_path / "out").write_text("mine")
     os.mkfifo(tmp_path / "fifo")
-    assert_refused(flown, *words, "--out", tmp_path / "out", says="(it is a file, not a folder)")
-    assert_refused(flown, *words, "--out", tmp_path / "fifo", says="(it is a FIFO, not a folder)")
+    assert_refused(flown, *words, "--out", tmp_path / "out", says="it is a file, not a folder")
+    assert_refused(flown, *words, "--out", tmp_path / "fifo", says="it is a FIFO, not a folder")
     assert_refused(flown, *words, "--out", tmp_path / "out" / "in", says=f"({tmp_path}/out is a file, not a folder)")
 
 

@@ -51,6 +51,8 @@ def command(options: argparse.Namespace) -> int:
     """Write both files again, beside the log or in --out."""
     path = find(options.log)
     folder = options.out or path.parent
+    if folder.exists() and not folder.is_dir():  # told before the log is read, which may take a minute
+        raise LogError(f"--out {folder}: {folder_error(folder, OSError())}; choose another folder")
     console = PlainConsole()
     console.print(summary_table(write_report_of_file(path, folder)))
     console.print(f"{folder / 'report.html'}", highlight=False, soft_wrap=True)
