@@ -35,7 +35,7 @@ class ActuatorParams:
         low=0.0,
         high=100.0,
         doc="With fins that turn no faster than this the vehicle cannot be steered. Depth law and slower ones swing.",
-        mav="RATE_NEED",
+        mav="RATE_MIN",
     )
     n_tolerance: float = param(
         100.0, unit="rpm", low=5.0, high=1000.0, doc="As tolerance, for the propeller.", mav="N_TOL"
