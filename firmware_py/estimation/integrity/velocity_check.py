@@ -70,13 +70,17 @@ class VelocityCheck:
         memory = self.memory
         pull, likely = n * self._ratio, memory.likely
         memory.holds = pull >= _DRIVEN and not dropped
-        memory.likely = likely + dt * self._drag * (pull * abs(pull) - likely * abs(likely))
+        memory.likely = self._pulled(likely, pull, dt)
         if not memory.holds:
             memory.driven = math.nan
         elif memory.driven == memory.driven:
-            memory.driven += dt * self._drag * (pull * abs(pull) - memory.driven * abs(memory.driven))
+            memory.driven = self._pulled(memory.driven, pull, dt)
         else:
             memory.driven = pull
+
+    def _pulled(self, u: float, pull: float, dt: float) -> float:
+        """Return a speed, m/s, after thrust that would make `pull` in the end, and drag, have acted for dt, s."""
+        return u + dt * self._drag * (pull * abs(pull) - u * abs(u))
 
     def turn(self, p: float, q: float, r: float) -> None:
         """Take note of body rates, rad/s."""
