@@ -26,7 +26,7 @@ from firmware_py.estimation.value_bounds import ValueBounds, unbounded
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import Learned, StateEstimate
 from firmware_py.records.event import Cause, Event
-from firmware_py.records.health import NO_DOUBTS, AxisDoubt
+from firmware_py.records.health import NO_DOUBTS, AxisDoubt, SourceState
 from firmware_py.records.passport import LearnedModel, Restored
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.tick import Rate, Tick
@@ -127,7 +127,8 @@ class CoefficientEstimator:
         self._whole = not gone  # without its drop weight it is another vehicle, of which nothing is learned
         buffer.hear(tick.t, frame, applied)
         deep = state.eta.z - DEPTH_SIGMAS * state.depth_std >= params.depth_min
-        may = deep and state.attitude_ok and self._whole
+        heard = state.attitude_ok and state.sensors.ahrs.state is not SourceState.LOST  # one that is back may be late
+        may = deep and heard and self._whole
         for span in buffer.spans(tick.t):
             ping, turn = buffer.last
             if not (may and span.t - ping.t <= params.gap_max and ping.values[0] >= params.speed_min):

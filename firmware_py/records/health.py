@@ -59,9 +59,12 @@ class SourceHealth(NamedTuple):
 
     @property
     def tilt_doubted(self) -> bool:
-        """True of an AHRS whose tilt, or the gyros that carry it on, may be wrong; outliers are left out singly."""
+        """True of an AHRS whose tilt, or the gyros that carry it on, may be wrong; outliers are left out singly.
+
+        So it is with one that was lost, and is heard again not for long enough: it may be late, or another one.
+        """
         others = (SourceFault.OUTLIERS, SourceFault.HEADING)
-        return self.state is SourceState.SUSPECT and self.fault not in others
+        return self.state is SourceState.LOST or (self.state is SourceState.SUSPECT and self.fault not in others)
 
 
 class SensorHealth(NamedTuple):

@@ -68,7 +68,7 @@ class Entry(NamedTuple):
         heave: the part of it that sway and heave make, m.
         model: depth that propeller and pitch alone carry, m.
         vague: time for which these could not tell, s.
-        hull: depth that thrust, drag and pitch carry, m; where these tell nothing, as raw.
+        hull: depth that thrust, drag and pitch carry, with the DVL's heave, m; where these tell nothing, as raw.
         t: the time, s.
     """
 

@@ -145,7 +145,7 @@ class SensorIntegrity:
         if pinged:
             heave = (v * math.sin(phi) + w * math.cos(phi)) * c
             raw = -u * s + heave
-        self._vertical.carry_raw(t, dt, raw, heave, -velocity.driven * s if velocity.holds else raw, pinged)
+        self._vertical.carry_raw(t, dt, raw, heave, heave - velocity.driven * s, pinged)
         if sources.attitude_used:
             by_dvl = pinged and velocity.measured and sources.dvl.believed
             tilted = abs(theta) > _STEEP or abs(phi) > _ROLLED
@@ -156,7 +156,7 @@ class SensorIntegrity:
     def _hear_dvl(self, heard: Heard[Dvl], t: float) -> None:
         watch, echo = self._sources.dvl, self._sources.dvl_altitude
         if not watch.hear(heard, t, self._motion()) or watch.memory.fault is SourceFault.FROZEN:
-            echo.silence()  # of a ping that is an old one the altitude tells nothing either
+            echo.hold()  # the altitude of an old ping tells nothing either
             return
         psi, theta = self._attitude.memory.psi, self._attitude.memory.theta
         self._velocity.current.hull = self.model.velocity

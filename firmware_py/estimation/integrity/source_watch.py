@@ -71,6 +71,7 @@ class SourceWatch:
         out_of_reach: Callable[[Any], bool] = lambda _: False,
         steady: float = 0.0,
         gap: float = math.inf,
+        late: float = math.inf,
     ) -> None:
         """Take the limits.
 
@@ -82,10 +83,11 @@ class SourceWatch:
             out_of_reach: whether a value that is not ok only says that there is nothing to measure.
             steady: one that was lost is heard for so long, s,
             gap: without a longer gap than this, s, before it is good again.
+            late: a value that is older than this when it comes, s, is too late.
         """
         self._timeout, self._frozen, self._repeats = timeout, frozen, least_repeats
         self._channel, self._out_of_reach = channel, out_of_reach
-        self._steady, self._gap = steady, gap
+        self._steady, self._gap, self._late = steady, gap, late
         self.memory = SourceMemory(never(None))
         self.news = False
         """Whether the health has to be told anew."""
@@ -104,6 +106,10 @@ class SourceWatch:
             self.silence()  # it says itself that this is nothing
             if self._out_of_reach(heard.value):
                 self._alive(t)
+            return False
+        if t - heard.t_valid > self._late:
+            self._alive(t)
+            self.accuse(SourceFault.LATE, t)
             return False
         value = heard.value
         if value != memory.value:

@@ -35,7 +35,7 @@ class Sources:
         frozen, slow = params.frozen, params.slow_timeout
         self._recovery, self._start, self._steady = params.recovery, params.start_time, params.steady
         self.ahrs = self._fast(navigation.attitude.timeout, frozen, 9, 4)
-        self.dvl = self._fast(navigation.velocity.timeout, frozen, 2, 0, _no_lock)
+        self.dvl = self._fast(navigation.velocity.timeout, frozen, 2, 0, _no_lock, params.delay)
         self.pressure = self._fast(navigation.depth.timeout, frozen, 4)
         self.altimeter = self._fast(navigation.altitude_timeout, params.altimeter_frozen, 9, None, _no_echo)
         self.fix = SourceWatch(slow, 4.0, 4, 0, _no_fix)
@@ -56,9 +56,10 @@ class Sources:
         repeats: int,
         channel: int | None = None,
         out_of_reach: Callable[[Any], bool] = lambda _: False,
+        late: float = math.inf,
     ) -> SourceWatch:
         """Return the watch of a sensor that measures several times in its time-out."""
-        return SourceWatch(timeout, frozen, repeats, channel, out_of_reach, self._steady, 0.5 * timeout)
+        return SourceWatch(timeout, frozen, repeats, channel, out_of_reach, self._steady, 0.5 * timeout, late)
 
     @property
     def believed(self) -> tuple[bool, ...]:
@@ -173,8 +174,6 @@ class Sources:
         ranging = echo.believed and echo.memory.passed
         if (moving and ranging) or not heard.ok:
             return heard
-        if watch.memory.fault in (SourceFault.FROZEN, SourceFault.LATE):
-            ranging = False
         if not (moving or ranging):
             return Heard(heard.value, heard.t_valid, False, False)
         u, v, w, fom, altitude = heard.value

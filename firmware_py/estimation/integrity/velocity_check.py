@@ -37,7 +37,8 @@ the vehicle turns, it sees other velocities than the navigation."""
 class VelocityCheckMemory:
     """The last ping that was believed, the likely speed (m/s), and whether thrust and drag tell it.
 
-    `driven` is the speed that thrust and drag alone make, in whatever current, m/s; NaN: the propeller has not driven.
+    `driven` is the speed that thrust and drag alone make, in whatever current, m/s; NaN: the propeller does not drive,
+    and what it drove the hull to before is braked away.
     `turning` is the square of the greatest rate of turn since then, rad^2/s^2; `current` what `CurrentCheck` remembers.
     """
 
@@ -71,12 +72,12 @@ class VelocityCheck:
         pull, likely = n * self._ratio, memory.likely
         memory.holds = pull >= _DRIVEN and not dropped
         memory.likely = self._pulled(likely, pull, dt)
-        if not memory.holds:
-            memory.driven = math.nan
-        elif memory.driven == memory.driven:
+        if memory.driven == memory.driven:
             memory.driven = self._pulled(memory.driven, pull, dt)
-        else:
+        elif memory.holds:
             memory.driven = pull
+        if dropped or max(pull, memory.driven) < _DRIVEN:
+            memory.driven = math.nan
 
     def _pulled(self, u: float, pull: float, dt: float) -> float:
         """Return a speed, m/s, after thrust that would make `pull` in the end, and drag, have acted for dt, s."""
@@ -96,9 +97,6 @@ class VelocityCheck:
         """
         params, memory = self._params, self.memory
         u, v, w, _, _ = heard.value
-        if t - heard.t_valid > params.delay:
-            watch.accuse(SourceFault.LATE, t)
-            return False
         most = params.speed_max
         if not (abs(u) <= most and abs(v) <= most and abs(w) <= most):
             if watch.refuse(t) >= _IMPOSSIBLE:
@@ -109,6 +107,8 @@ class VelocityCheck:
         if told is not SourceFault.NONE:
             watch.accuse(told, t)
         if not watch.believed:
+            if memory.measured and watch.memory.fault is SourceFault.DRIFT and memory.driven > 0.0:
+                memory.likely = memory.driven  # it has followed what drifted
             if memory.holds:
                 off = abs(u - memory.likely) > params.speed
             else:

@@ -1,0 +1,44 @@
+"""What is in doubt accuses nothing sound: whole flights in which a sensor that lies, or is late, is asked as a witness."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from sternplane.study.safety.campaign import Job
+from sternplane.study.safety.flight import run
+from sternplane.study.safety.verdict import Verdict, judge
+
+
+def flown(folder: Path, trial: str, onset: int, seed: int) -> Verdict:
+    (folder / "logs").mkdir()
+    return judge(run(Job(trial, onset, seed), str(folder / "logs"), "a test"))
+
+
+@pytest.mark.parametrize(
+    ("onset", "seed"),
+    [(0, 0), (1, 1), (1, 2)],
+    ids=["early, and learned from", "in eddies, and learned from", "in a dive"],
+)
+def test_a_dvl_that_drifts_while_the_propeller_rests_convicts_neither_pitch_nor_depth(
+    tmp_path: Path, onset: int, seed: int
+) -> None:
+    """The law slows the propeller by what the DVL says until it rests, and the hull brakes: no DVL can speed up then."""
+    verdict = flown(tmp_path, "drift:dvl.u=0.03", onset, seed)
+    assert verdict.ending.value == "flown"
+    assert not verdict.wrong
+    told = [(name, fault) for _, name, fault in verdict.flight["found"]["said"]]
+    assert ("dvl", "DRIFT") in told
+    assert verdict.flight["found"]["depth_error"] < 2.0
+
+
+def test_nothing_is_learned_from_an_ahrs_that_is_late_and_no_fin_is_named_for_it(tmp_path: Path) -> None:
+    verdict = flown(tmp_path, "late:ahrs=1", 0, 0)
+    assert not verdict.accused
+    assert not verdict.unsafe
+
+
+def test_the_altitude_of_a_ping_that_is_late_contradicts_no_altimeter(tmp_path: Path) -> None:
+    verdict = flown(tmp_path, "late:dvl=3", 0, 1)
+    assert verdict.ending.value == "flown"
+    assert not verdict.wrong
