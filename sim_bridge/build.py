@@ -123,4 +123,4 @@ def _on_line(device: Device, sensor: Any, line: Line | I2cLine) -> LineDevice | 
     driver = device.table.driver
     if isinstance(line, I2cLine):
         return Ms5837Device(sensor, line, I2C_CHIPS[driver]())
-    return LineDevice(sensor, line, FIRMWARE[driver](), device.table.mounting)
+    return LineDevice(sensor, line, FIRMWARE[driver](), device.mounting)

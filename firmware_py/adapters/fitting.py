@@ -167,4 +167,4 @@ def _driver(device: Device, line: Any) -> Driver:
     name = device.table.driver
     if name in I2C_SENSORS:
         return I2C_SENSORS[name].driver(device.source, line, device.latency, device.number)
-    return StreamDriver(device.source, INSTRUMENTS[name], line, device.latency, device.table.mounting, device.number)
+    return StreamDriver(device.source, INSTRUMENTS[name], line, device.latency, device.mounting, device.number)

@@ -141,7 +141,8 @@ class Devices:
         self._instruments = instruments
         self._autopilot_id = autopilot_id
         self._others: list[DeviceNode] = []
-        self._publishers = publishers(params, instruments, self.nodes)
+        mountings = {device.name: device.mounting for device in wiring.measuring}
+        self._publishers = publishers(params, instruments, self.nodes, mountings)
         self._commands = Reassembler(
             [m.ARRAY_COMMAND, m.RPM_COMMAND, m.RAW_COMMAND, m.HARDPOINT_COMMAND, m.ARMING_STATUS]
         )

@@ -9,11 +9,13 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, Generic, TypeVar
 
+from firmware_py.adapters.drivers.mounting import STRAIGHT, Mounting
 from firmware_py.marine import quaternion_from_euler
 from firmware_py.records.sensing import Ahrs, Battery, Fix
 from firmware_py.wire.dronecan import equipment_messages as eq
 from firmware_py.wire.dronecan import message_table as m
 from sim_bridge.devices.instruments import Instruments, InstrumentsParams, MeasuredPlant
+from sim_bridge.devices.mounted import mounted
 from sim_bridge.devices.node import DeviceNode
 from sim_bridge.devices.sensors import Corruption, Sensor
 
@@ -53,9 +55,19 @@ class Publisher(Generic[V]):
 
 
 def publishers(
-    params: InstrumentsParams, instruments: Instruments, nodes: Mapping[str, DeviceNode]
+    params: InstrumentsParams,
+    instruments: Instruments,
+    nodes: Mapping[str, DeviceNode],
+    mountings: Mapping[str, Mounting],
 ) -> dict[str, Publisher[Any]]:
-    """Return a publisher for each sensor on the bus, by its name; `nodes` by the names of `NodeIds`, "pressure.2"."""
+    """Return a publisher for each sensor on the bus, by its name.
+
+    Args:
+        params: of the sensors.
+        instruments: the sensors.
+        nodes: by the names of `NodeIds`, "pressure.2".
+        mountings: by the same names; who is not there sits straight.
+    """
     kinds: dict[str, tuple[m.MessageType[Any], Callable[[Any], Any]]] = {
         "ahrs": (m.AHRS_SOLUTION, _solution),
         "pressure": (m.STATIC_PRESSURE, _pressure(params.pressure.noise)),
@@ -64,12 +76,18 @@ def publishers(
         "battery": (m.BATTERY_INFO, _battery(params.battery.capacity)),
     }
     found = {
-        name: Publisher(node, instruments.by_name[name], *kind)
-        for base, kind in kinds.items()
+        name: Publisher(node, instruments.by_name[name], message, _as_mounted(mountings.get(name, STRAIGHT), to_record))
+        for base, (message, to_record) in kinds.items()
         for name, node in nodes.items()
         if name.partition(".")[0] == base
     }
     return {**found, "leak": Publisher(nodes["battery"], instruments.leak, m.HYGROMETER, _hygrometer)}
+
+
+def _as_mounted(mounting: Mounting, to_record: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """Return what makes the record of a value as an instrument that is mounted so measures it."""
+    seen = mounted(mounting)
+    return to_record if mounting == STRAIGHT else lambda value: to_record(seen(value))
 
 
 def _solution(ahrs: Ahrs) -> eq.AhrsSolution:

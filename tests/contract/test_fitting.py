@@ -123,7 +123,7 @@ def test_what_is_mounted_at_an_angle_is_turned():
         ),
         ({"driver": "ping", "port": "i2c:1"}, "port = 'i2c:1': of driver \"ping\" it must be a serial device or tcp:"),
         ({"driver": "ping", "port": "x", "mounting": {"roll_deg": 180.0}}, "mounting: of altitude it changes nothing"),
-        ({"driver": "dronecan", "node": 33, "role": "ahrs", "mounting": {"yaw_deg": 9.0}}, "tell the node itself how"),
+        ({"driver": "dronecan", "node": 33, "role": "fix", "mounting": {"yaw_deg": 9.0}}, "mounting: of fix it chan"),
         ({"driver": "xsens", "port": "x", "mounting": {"yaw_deg": 200.0}}, "mounting: yaw_deg = 200.0: out of"),
     ],
 )

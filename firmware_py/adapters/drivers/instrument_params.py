@@ -74,8 +74,7 @@ class InstrumentParams:
                 raise ParamError(f"role = {quoted(self.role)}: must be what the node measures: {', '.join(NODE_OF)}")
             if not self.node or self.port:
                 raise ParamError(f'driver "{DRONECAN}" needs the node id of the device, node = ID, and no port')
-            if self.mounting != STRAIGHT:
-                raise ParamError(f'mounting: driver "{DRONECAN}" has none; tell the node itself how it is mounted')
+            self._refuse_mounting()
             return
         if self.driver not in _ROLES:
             raise ParamError(f"driver = {quoted(self.driver)} is unknown; {probably(self.driver, [*_ROLES, DRONECAN])}")
@@ -87,15 +86,18 @@ class InstrumentParams:
             raise ParamError(f'port = {quoted(self.port)}: of driver "{self.driver}" it must be {right}')
         if plain := re.fullmatch(r"i2c:0+(\d+)", self.port):  # one chip under two names would have two drivers
             raise ParamError(f"port = {quoted(self.port)}: write i2c:{plain[1]}")
-        if self.mounting != STRAIGHT and self.measures not in _TURNED:
-            raise ParamError(f"mounting: of {self.measures} it changes nothing; leave it out")
-        if self.mounting.declination and self.measures != "ahrs":
-            raise ParamError(f"mounting: declination_deg of {self.measures} changes nothing; leave it out")
+        self._refuse_mounting()
 
     @property
     def measures(self) -> str:
         """Return its role, one of `sensing.ROLES`."""
         return self.role or _ROLES[self.driver]
+
+    def _refuse_mounting(self) -> None:
+        if self.mounting != STRAIGHT and self.measures not in _TURNED:
+            raise ParamError(f"mounting: of {self.measures} it changes nothing; leave it out")
+        if self.mounting.declination and self.measures != "ahrs":
+            raise ParamError(f"mounting: declination_deg of {self.measures} changes nothing; leave it out")
 
 
 class LineTable(Protocol):
@@ -139,6 +141,11 @@ class Device(NamedTuple):
     def name(self) -> str:
         """Return its name for people, as nodes have it: "dvl", "altimeter", "pressure.2"."""
         return candidate_name(NODE_OF.get(self.role, self.role), self.number)
+
+    @property
+    def mounting(self) -> Mounting:
+        """Return how it is turned in the body; what stands in [nodes] sits straight."""
+        return self.instrument.mounting if self.instrument else STRAIGHT
 
     @property
     def table(self) -> InstrumentParams:

@@ -83,6 +83,7 @@ class DroneCan(Driver):
         self._believed = True
         """Whether the transfer that is being read is believed; if not, what it measures takes back what is held."""
         nodes, latency = params.nodes, params.latency
+        self._turns = {device.number: device.mounting.turn() for device in params.devices if device.role == "ahrs"}
         measured: dict[str, tuple[m.MessageType[Any], Callable[[int, Any, float], None]]] = {
             "ahrs": (m.AHRS_SOLUTION, self._ahrs),
             "pressure": (m.STATIC_PRESSURE, self._pressure),
@@ -253,7 +254,8 @@ class DroneCan(Driver):
     def _ahrs(self, number: int, message: eq.AhrsSolution, t: float) -> None:
         phi, theta, psi = euler_from_quaternion(*message.orientation_xyzw)
         value = Ahrs(phi, theta, psi, *message.angular_velocity)
-        self._hear("ahrs", Heard(value, t, True, math.isfinite(sum(value))), number)
+        reading = Reading("ahrs", number, Heard(value, t, True, math.isfinite(sum(value))))
+        self._hear("ahrs", self._turns[number](reading).heard, number)
 
     def _pressure(self, number: int, message: eq.StaticPressure, t: float) -> None:
         value = message.static_pressure
