@@ -83,17 +83,20 @@ def fitted(
     return DeviceHardware(reports, [DroneCan(io, servos, bus, node_ids), *watches, *own], spares)
 
 
-def open_second(io: IoParams, stack: ExitStack, *, awaited: bool = False) -> CanBus | None:
+def open_second(io: IoParams, spec: str, stack: ExitStack, *, awaited: bool = False) -> CanBus | None:
     """Open the second bus of an io file, if it has one: that of the fin drives; `stack` closes it.
 
     Args:
         io: the io file.
+        spec: the first bus, that of the DroneCAN devices.
         stack: closes it.
         awaited: whether one that is not there yet is silence, and not an error.
 
     Raises:
         BusError: it cannot be opened.
+        ParamError: it is the first one.
     """
+    io.refuse_second_bus_on(spec)
     if not (io.canopen.fins and io.canopen.bus):
         return None
     bus = (AwaitedBus if awaited else open_bus)(io.canopen.bus, standard=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from firmware_py.adapters.buses.can_bus import CanParams, NodeIds
+from firmware_py.adapters.buses.can_bus import CanParams, NodeIds, same_bus
 from firmware_py.adapters.drivers.dronecan.bus_params import CommandParams, LatencyParams, NetworkParams
 from firmware_py.adapters.drivers.dronecan.node_client import TOOL_ID
 from firmware_py.adapters.drivers.instrument_params import Device, InstrumentParams, devices_of, line_of, refuse_port
@@ -112,6 +112,20 @@ class IoParams:
         given = [key for key, fins in tables.items() if fins]
         if len(given) > 1:
             raise ParamError(f"{given[1]}: there are [[{given[0]}]] too; all fins have servos of one protocol")
+        self.refuse_second_bus_on(self.can.bus)
+
+    def refuse_second_bus_on(self, spec: str) -> None:
+        """Refuse a bus of the fin drives that is that of the DroneCAN devices, `spec`.
+
+        It would be opened twice: two readers of one serial adapter take each other's frames, a maker's library refuses
+        the second one, and of an interface of the kernel errors and health would be counted twice.
+
+        Raises:
+            ParamError: it is the same.
+        """
+        bus = self.canopen.bus
+        if self.canopen.fins and bus and same_bus(bus, spec):
+            raise ParamError(f"canopen.bus = {quoted(bus)}: is that of [can], or of --bus; leave it out, to share it")
 
     @property
     def devices(self) -> tuple[Device, ...]:

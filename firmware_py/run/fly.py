@@ -94,7 +94,7 @@ def fly(options: argparse.Namespace) -> FlightResult:
     if address:
         resolve(address)
     else:
-        over_can.check(spec, pace)
+        over_can.check(io, spec, pace)
     told = {"pace": pace, "link": options.link, "notes": notes, "settings": plain_settings(settings)}
     header = provenance.header("fly", configuration, autopilot.reconfigurator.own, **told)
     lost, reason, began = False, "", time.monotonic()

@@ -32,12 +32,13 @@ PLANT_S = 60.0
 """How long to wait for a plant, s."""
 
 
-def check(spec: str, pace: str) -> None:
+def check(io: IoParams, spec: str, pace: str) -> None:
     """Refuse a bus that cannot be, or that other processes cannot use; in real time one may be there later.
 
     Raises:
-        BusError, UsageError: in one line, why not.
+        BusError, ParamError, UsageError: in one line, why not.
     """
+    io.refuse_second_bus_on(spec)
     if spec.startswith("virtual"):
         raise UsageError("a virtual bus ends at its process; give --bus udp:N or socketcan:IFACE")
     if pace == "realtime":
@@ -100,7 +101,7 @@ def run(
         alone = pace == "realtime" and not meet_plant
         bus = (AwaitedBus if alone else open_bus)(spec, standard=io.canopen.shares_bus)
         stack.callback(bus.close)
-        second = open_second(io, stack, awaited=alone)
+        second = open_second(io, spec, stack, awaited=alone)
         refuse_if_taken(bus, {io.can.node_id: "autopilot"})
         lockstep = LockstepLink(bus, io.can.node_id, io.device_ids)
         if (pace == "bus" or meet_plant) and not wait_for_plant(lockstep, dt_ns, PLANT_S, stop):

@@ -54,7 +54,7 @@ class Vehicle:
             "latency": {f"{name}_s": late for name, late in LATENCY.items()},
         }
         params = load(IoParams, io | tables, "a test")
-        self.bus = open_bus("virtual", channel)
+        self.bus = open_bus("virtual", channel, standard=params.canopen.shares_bus)
         lines = [SerialPort("dvl", self.line.path, 115200) for _ in params.lines]
         self.hardware = fitted(params, FIN_LIST, self.bus, lines, node_ids=kept)
         self.others = can.Bus(interface="virtual", channel=channel)

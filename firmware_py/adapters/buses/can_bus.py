@@ -6,6 +6,7 @@ Buses are named `virtual` (within this process), `udp:N` (within this machine), 
 
 from __future__ import annotations
 
+import re
 import select
 import time
 from collections.abc import Callable, Collection
@@ -161,6 +162,12 @@ _BUSES: dict[str, Callable[[str, bool], FrameBus]] = {
     "python-can": PythonCanBus,
 }
 _KNOWN = "virtual, udp:N, socketcan:IFACE, python-can:INTERFACE:CHANNEL@BITRATE"
+
+
+def same_bus(one: str, other: str) -> bool:
+    """Return whether two names, as `open_bus` knows them, are of one bus, whatever bitrate they give."""
+    first, second = (re.sub(r"@\d+$", "", spec.removeprefix("python-can:")) for spec in (one, other))
+    return first == second
 
 
 def open_bus(spec: str, channel: str = "sternplane", *, standard: bool = False) -> CanBus:

@@ -40,7 +40,7 @@ class FinDriveParams:
 class CanOpenParams:
     """Table [canopen] of io_*.toml: fin drives (CiA 402)."""
 
-    bus: str = param("", doc="Their bus, if it is not that of [can]: as there, such as socketcan:can1.")
+    bus: str = param("", doc="Their bus, such as socketcan:can1; empty: that of [can], which they share.")
     node_id: int = param(
         1, low=0, high=127, doc="Node id of the autopilot, whose heartbeat the drives watch; 0: they watch none."
     )

@@ -183,7 +183,7 @@ def fitted_vehicle(
             else:
                 lines.append(CountedLine(device, port))
         alone = replace(io, network=NetworkParams(time_master=False, allocate=False))
-        hardware = fitted(alone, fins, watched, lines, open_second(io, stack, awaited=True))
+        hardware = fitted(alone, fins, watched, lines, open_second(io, spec, stack, awaited=True))
         stack.callback(hardware.close)
         counted = {
             role: line

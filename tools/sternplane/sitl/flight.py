@@ -228,10 +228,10 @@ def fly(
         channel = f"flight {next(_FLIGHTS)}"
         plant_bus = _bus(stack, flight, channel)
         fins = config_files.vehicle(flight.configuration).fins
-        hardware = fitted(io, fins, _bus(stack, flight, channel), ports, open_second(io, stack))
+        hardware = fitted(io, fins, _bus(stack, flight, channel), ports, open_second(io, request.bus, stack))
         stack.callback(hardware.close)
         losses.add_hardware(hardware.losses, lambda: hardware.received, hardware.note)
-        rest = plant_bus, lines, request.seed, rate, io.can.node_id, open_second(io, stack)
+        rest = plant_bus, lines, request.seed, rate, io.can.node_id, open_second(io, request.bus, stack)
         bridge = build_bridge(flight.truth, flight.devices, wired, scenario, *rest)
         operator = ScriptedOperator(scenario, lambda: bridge.depth)
         interrupted = stack.enter_context(interruptible())

@@ -103,7 +103,7 @@ def run(flight: Flight, places: Sequence[str], out: Path | None, wait: float, co
     with contextlib.ExitStack() as stack:
         bus = open_bus(spec, standard=io.canopen.shares_bus)
         stack.callback(bus.close)
-        second = open_second(io, stack)
+        second = open_second(io, spec, stack)
         refuse_if_taken(bus, {**io.device_ids, io.can.plant_id: "plant"})
         lockstep = LockstepLink(bus, io.can.plant_id, [io.can.node_id])
         wired = wiring(io, flight.truth)

@@ -130,6 +130,8 @@ def read_io(request: FlightRequest) -> IoParams:
     """
     path = request.io or request.config / "io_sitl.toml"
     io: IoParams = _read(IoParams, path, "io", parse_settings(request.settings))
+    if request.bus:
+        io.refuse_second_bus_on(request.bus)
     return io
 
 

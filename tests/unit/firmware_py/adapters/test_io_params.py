@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import itertools
 import tomllib
 from pathlib import Path
 
 import pytest
+from sternplane.sitl.flight import FlightRequest, prepare
 
+from firmware_py.adapters.fitting import open_second
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.params import ParamError, load
+from firmware_py.run import over_can
 
 FILES = sorted((Path(__file__).resolve().parents[4] / "configs").glob("*/io_*.toml"))
 TABLE = tomllib.loads(next(path for path in FILES if path.name == "io_sitl.toml").read_text())
@@ -89,6 +93,59 @@ def test_a_servo_has_not_the_id_of_bench_tools() -> None:
 def test_one_line_has_not_two_names(one: str, other: str) -> None:
     with pytest.raises(ParamError, match=r"instruments\[1\]: port '.*' is that of instruments\[0\] already"):
         with_instruments(LINE | {"port": one}, OTHER | {"port": other})
+
+
+DRIVES = [{"name": "fin", "node": 11, "counts_per_turn": 4096.0}]
+
+
+def with_drives(first: str, second: str, fins: list[dict[str, object]] = DRIVES) -> IoParams:
+    can = TABLE["can"] | {"bus": first}
+    return load(IoParams, TABLE | {"can": can, "canopen": {"bus": second, "fins": fins}}, "io.toml")
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("socketcan:can0", "socketcan:can0"),
+        ("udp:3", "udp:3"),
+        ("virtual", "virtual"),
+        ("python-can:slcan:/dev/ttyACM0@1000000", "python-can:slcan:/dev/ttyACM0@500000"),
+        ("socketcan:can0", "python-can:socketcan:can0"),
+    ],
+)
+def test_one_bus_is_not_opened_twice(first: str, second: str) -> None:
+    with pytest.raises(ParamError) as caught:
+        with_drives(first, second)
+    text = str(caught.value)
+    assert text == f"io.toml: canopen.bus = {second!r}: is that of [can], or of --bus; leave it out, to share it"
+    assert with_drives(first, second, []).can.bus == first  # without drives it is not opened
+    assert with_drives(first, "").canopen.shares_bus
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("socketcan:can0", "socketcan:can1"),
+        ("virtual", "virtual:drives"),
+        ("python-can:slcan:/dev/ttyACM0@1000000", "python-can:slcan:/dev/ttyACM1@1000000"),
+    ],
+)
+def test_drives_may_have_a_bus_of_their_own_unless_the_other_is_moved_to_it(first: str, second: str) -> None:
+    io = with_drives(first, second)
+    assert (io.can.bus, io.canopen.bus, io.canopen.shares_bus) == (first, second, False)
+    with contextlib.ExitStack() as stack, pytest.raises(ParamError, match=r"canopen.bus = .*leave it out, to share"):
+        open_second(io, second, stack)
+    with pytest.raises(ParamError, match=r"canopen.bus = .*leave it out, to share"):
+        over_can.check(io, second, "realtime")
+
+
+def test_a_simulation_refuses_it_before_it_flies(tmp_path: Path) -> None:
+    shipped = next(path for path in FILES if path.name == "io_canopen.toml").read_text()
+    io = tmp_path / "io.toml"
+    io.write_text(shipped.replace('bus = ""  ', 'bus = "udp:3"  '))
+    with pytest.raises(ParamError, match=r"canopen.bus = .udp:3.: is that of .can., or of --bus; leave it out"):
+        prepare(FlightRequest(io=io, bus="udp:3"), {})
+    assert prepare(FlightRequest(io=io, bus="udp:4"), {}).io.canopen.bus == "udp:3"
 
 
 def test_a_dvl_knows_no_north() -> None:
