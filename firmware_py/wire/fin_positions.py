@@ -127,7 +127,7 @@ def by_fin(key: str, declared: Sequence[E], fins: Sequence[str]) -> list[E]:
         if one.name not in fins:
             raise ParamError(f"{key}: {one.name}: is no fin of vehicle.toml, which has {', '.join(fins)}")
         if one.name in entries:
-            raise ParamError(f"{key}: {one.name}: stands there twice")
+            raise ParamError(f"{key}: {one.name}: stands there twice; a fin has one driver")
         entries[one.name] = one
     missing = [name for name in fins if name not in entries]
     if declared and missing:

@@ -21,6 +21,8 @@ _ROLES = {
     **{name: sensor.role for name, sensor in I2C_SENSORS.items()},
 }
 _HOST_PORT = re.compile(r"(?!i2c:)[\w.-]+:\d+")
+_ACTUATORS = ("fins", "servo_hub", "propeller", "esc", "hardpoint")
+"""What nobody has twice: two that command one actuator would fight."""
 _TURNED = ("ahrs", "dvl")
 """What these measure depends on how they are mounted."""
 
@@ -70,6 +72,8 @@ class InstrumentParams:
     def __post_init__(self) -> None:
         """Refuse what cannot be."""
         if self.driver == DRONECAN:
+            if self.role in _ACTUATORS:
+                raise ParamError(f"role = {quoted(self.role)}: is no sensor; an actuator has one driver, and no spare")
             if self.role not in NODE_OF:
                 raise ParamError(f"role = {quoted(self.role)}: must be what the node measures: {', '.join(NODE_OF)}")
             if not self.node or self.port:

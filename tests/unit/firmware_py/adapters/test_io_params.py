@@ -11,10 +11,13 @@ from pathlib import Path
 import pytest
 from sternplane.sitl.flight import FlightRequest, prepare
 
-from firmware_py.adapters.fitting import open_second
+from firmware_py.adapters.buses.can_bus import open_bus
+from firmware_py.adapters.fitting import fitted, open_second
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.params import ParamError, load
 from firmware_py.run import over_can
+from firmware_py.vehicle.fins import Fin
+from tests.contract.driver_bench import NoStream
 
 FILES = sorted((Path(__file__).resolve().parents[4] / "configs").glob("*/io_*.toml"))
 TABLE = tomllib.loads(next(path for path in FILES if path.name == "io_sitl.toml").read_text())
@@ -40,6 +43,7 @@ def with_instruments(*instruments: dict[str, object]) -> IoParams:
 CHIP = {"driver": "bar30", "port": "i2c:1", "priority": 2}
 LINE = {"driver": "waterlink", "port": "/dev/ttyUSB0"}
 OTHER = LINE | {"port": "/dev/ttyUSB1", "priority": 3}
+NAMES = ("port", "starboard", "upper", "lower")
 NODE = {"driver": "dronecan", "node": 34, "role": "pressure"}
 
 
@@ -75,6 +79,57 @@ def test_devices_of_a_role_are_in_the_order_of_their_priority_however_they_are_w
 def test_what_an_instrument_cannot_be_is_said_in_one_line(instruments: list[dict[str, object]], words: str) -> None:
     with pytest.raises(ParamError) as caught:
         with_instruments(*instruments)
+    text = str(caught.value)
+    assert words in text
+    assert "\n" not in text
+
+
+SERVOS = [{"name": name, "id": i} for i, name in enumerate(NAMES)]
+ON_LINE = {"port": "/dev/ttyUSB0", "fins": SERVOS}
+ON_DRIVES = {"fins": [{"name": one["name"], "node": 11 + one["id"], "counts_per_turn": 4096.0} for one in SERVOS]}
+
+
+def fit(table: dict[str, object]) -> None:
+    """Fit the devices of an io file to a vehicle with these fins."""
+    io = load(IoParams, table, "io.toml")
+    with contextlib.closing(open_bus("virtual", "two drivers")) as bus:
+        fitted(io, [Fin(name, hinge=0.0) for name in NAMES], bus, [NoStream() for _ in io.lines])
+
+
+def test_one_driver_of_each_actuator_is_fitted() -> None:
+    for tables in ({}, {"fins": SERVOS}, {"canopen": ON_DRIVES}, {"dynamixel": ON_LINE}):
+        fit(TABLE | {"instruments": []} | tables)
+
+
+@pytest.mark.parametrize(
+    ("tables", "words"),
+    [
+        ({"fins": SERVOS, "canopen": ON_DRIVES}, "canopen.fins: there are [[fins]] too; all fins have servos of one"),
+        ({"fins": SERVOS[:2], "canopen": {"fins": ON_DRIVES["fins"][2:]}}, "canopen.fins: there are [[fins]] too; all"),
+        ({"fins": SERVOS, "dynamixel": ON_LINE}, "dynamixel.fins: there are [[fins]] too; all fins have servos of one"),
+        ({"canopen": ON_DRIVES, "dynamixel": ON_LINE}, "dynamixel.fins: there are [[canopen.fins]] too; all fins have"),
+        (
+            {"fins": [*SERVOS, SERVOS[0] | {"id": 9, "node": 40}]},
+            "fins: port: stands there twice; a fin has one driver",
+        ),
+        (
+            {"canopen": {"fins": [*ON_DRIVES["fins"], ON_DRIVES["fins"][0] | {"node": 40}]}},
+            "canopen.fins: port: stands",
+        ),
+        ({"dynamixel": ON_LINE | {"fins": [*SERVOS, SERVOS[0] | {"id": 9}]}}, "dynamixel.fins: port: stands there twi"),
+        ({"fins": [SERVOS[0] | {"priority": 2}]}, "fins[0]: priority is unknown; known here: "),
+        ({"propeller": {"priority": 2}}, "propeller: priority is unknown; known here: "),
+        ({"propeller": [{"index": 0}, {"index": 1}]}, "propeller must be a table"),
+        ({"nodes": TABLE["nodes"] | {"servo_hub": [21, 22]}}, "nodes: servo_hub = [21, 22]: must be a whole number"),
+        *(
+            ({"instruments": [NODE | {"role": role, "priority": 2}]}, f"role = '{role}': is no sensor; an actuator has")
+            for role in ("fins", "servo_hub", "propeller", "esc", "hardpoint")
+        ),
+    ],
+)
+def test_two_drivers_of_one_actuator_are_refused_in_one_line(tables: dict[str, object], words: str) -> None:
+    with pytest.raises(ParamError) as caught:
+        fit(TABLE | {"instruments": []} | tables)
     text = str(caught.value)
     assert words in text
     assert "\n" not in text
