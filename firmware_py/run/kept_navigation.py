@@ -18,6 +18,7 @@ from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.adapters.storage.regular_file import read_regular
 from firmware_py.error_text import quoted
 from firmware_py.estimation.navigation.navigation import KeptNavigation
+from firmware_py.json_text import json_text
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.health import WeightState
 from firmware_py.records.order import Mode
@@ -122,7 +123,7 @@ def encode(kept: KeptNavigation, speed: float, age: float, now: Moment, mode: Ke
     """
     ended = {"mode": mode.mode.name.lower(), "mode_ago_s": mode.ago}
     document = {**kept._asdict(), "speed": speed, "age_s": age, **now._asdict(), **ended}
-    return (json.dumps(document, indent=2, allow_nan=False) + "\n").encode()
+    return json_text(document).encode()
 
 
 def save(folder: Path, kept: KeptNavigation, speed: float = 0.0, mode: KeptMode = NOT_ARMED) -> None:

@@ -23,6 +23,7 @@ from firmware_py.error_text import one_line, printable, quoted
 from firmware_py.estimation.filter.bank_arrays import BankArrays
 from firmware_py.estimation.inherited import prior
 from firmware_py.estimation.model.observer_model import GROUPS
+from firmware_py.json_text import json_text
 from firmware_py.params import ParamError, prefix_errors
 from firmware_py.records import passport
 from firmware_py.records.adoption import Refusal
@@ -233,9 +234,7 @@ def encode(model: LearnedModel, vehicle: Mapping[str, Any], configuration: str, 
     """Return the content of the file, nothing if a number in it is not finite; see `passport.to_plain`."""
     date = datetime.fromtimestamp(now.utc_s, UTC).strftime(_DATE)
     document = passport.to_plain(model, vehicle, configuration, {"date": date, **now._asdict()})
-    rows = ",\n  ".join(json.dumps(row) for row in document.pop("covariance"))
     try:
-        head = json.dumps(document, indent=1, allow_nan=False)
+        return json_text(document).encode()
     except ValueError:
         return b""
-    return f'{head[:-2]},\n "covariance": [\n  {rows}\n ]\n}}\n'.encode()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -10,6 +9,7 @@ from firmware_py.adapters.buses.can_bus import FramePort
 from firmware_py.adapters.drivers.dronecan.bus_params import BusParams
 from firmware_py.adapters.drivers.dronecan.node_monitor import HEARD, NodeMonitor, NodeReport
 from firmware_py.adapters.drivers.dronecan.own_identity import own_identity, parameters_of
+from firmware_py.json_text import json_text
 from firmware_py.tick import Rate, Tick
 from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.allocation import Allocator, HeardNode
@@ -40,7 +40,7 @@ class KeptNodeIds:
     def changed(self) -> None:
         """Save the table."""
         by_id = {str(node_id): unique_id.hex() for unique_id, node_id in self.table.items()}
-        self.save((json.dumps(by_id, indent=2) + "\n").encode())
+        self.save(json_text(by_id).encode())
 
 
 class OwnNode:
