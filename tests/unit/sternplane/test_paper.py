@@ -34,6 +34,9 @@ EKF |= {"Y_dr": 14.53, "Y_r": 9.61, "Y_v": 23.29}
 SMO = {"M_q": 1.10, "M_ds": 1.46, "N_r": 24.67, "N_dr": 17.78, "N_v": 30.35, "Z_ds": 3.07, "Z_q": 2.48}
 SMO |= {"Y_dr": 49.34, "Y_r": 102.57, "Y_v": 44.22}
 
+Flown = tuple[str, Path, tuple[str, ...]]
+"""Scenario, configuration and settings of a flight."""
+
 
 @pytest.fixture(scope="module")
 def found() -> estimation.Estimation:
@@ -205,12 +208,14 @@ def test_figures_are_drawn_into_png_files(found: estimation.Estimation, tmp_path
 
 
 @pytest.fixture
-def grounded(found: estimation.Estimation, monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, Path]]:
+def grounded(found: estimation.Estimation, monkeypatch: pytest.MonkeyPatch) -> list[Flown]:
     """All of it but the flights and drawings, which other tests fly and draw; what would have been flown."""
-    asked: list[tuple[str, Path]] = []
+    asked: list[Flown] = []
 
-    def flight(scenario: str, config: Path, folder: Path, watch: object) -> control.StepFlight:
-        asked.append((scenario, config))
+    def flight(
+        scenario: str, config: Path, folder: Path, watch: object, settings: tuple[str, ...]
+    ) -> control.StepFlight:
+        asked.append((scenario, config, settings))
         return step()
 
     monkeypatch.setattr(control, "fly_step", flight)
@@ -221,10 +226,10 @@ def grounded(found: estimation.Estimation, monkeypatch: pytest.MonkeyPatch) -> l
 
 
 def test_the_command_flies_both_figures_and_leaves_results(
-    grounded: list[tuple[str, Path]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    grounded: list[Flown], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main.main(["paper", "--out", str(tmp_path)]) == 0
-    flown = [(scenario, config.name) for scenario, config in grounded]
+    flown = [(scenario, config.name) for scenario, config, _ in grounded]
     laws = ["truth", "ekf", "smo", "pid"]
     assert flown == [
         *(("paper-depth", law) for law in laws),
@@ -236,10 +241,35 @@ def test_the_command_flies_both_figures_and_leaves_results(
     assert all(value >= 0.0 for value in results["table1"]["smo"].values())
     assert results["fig9"]["pid"]["settling_s"] == pytest.approx(15.0, abs=0.2)
     assert "report.html" in capsys.readouterr().out
+    assert results["settings"] == {}
+
+
+def test_flights_take_what_is_set_and_no_report_leaves_results_alone(
+    grounded: list[Flown], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    given = "autopilot.guidance.turn_rate_max=2.5"
+    assert main.main(["paper", "--set", given, "--out", str(tmp_path / "page")]) == 0
+    assert {settings for _, _, settings in grounded} == {(given,)}
+    results = json.loads((tmp_path / "page" / "results.json").read_text())
+    assert list(results["settings"].values()) == [2.5]
+    assert f"{next(iter(results['settings']))}=2.5" in html.unescape((tmp_path / "page" / "report.html").read_text())
+    capsys.readouterr()
+    assert main.main(["paper", "--no-report", "--out", str(tmp_path / "bare")]) == 0
+    assert [path.name for path in (tmp_path / "bare").iterdir() if path.is_file()] == ["results.json"]
+    assert not re.search(r"report\.html|\.png", capsys.readouterr().out)
+
+
+@pytest.mark.parametrize("given", ["vehicle.M_q=-0.05", "truth.current=0.2", "autopilot.control.law=pid"])
+def test_what_the_paper_says_cannot_be_set(given: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main.main(["paper", "--set", given, "--out", str(tmp_path / "out")]) == 2
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    assert "the paper says vehicle and sea" in err or "the flights set this themselves" in err
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_row_above_the_paper_s_is_exit_status_1_and_said(
-    grounded: list[tuple[str, Path]],
+    grounded: list[Flown],
     found: estimation.Estimation,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -253,7 +283,7 @@ def test_a_row_above_the_paper_s_is_exit_status_1_and_said(
 
 
 def test_a_flight_that_fails_is_exit_status_1_in_one_line(
-    grounded: list[tuple[str, Path]],
+    grounded: list[Flown],
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],

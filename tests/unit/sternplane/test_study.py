@@ -30,10 +30,10 @@ from sternplane.study.setups import (
     fly_prbs,
     flying,
     run_filter,
-    shipped,
     start_up_over,
     starts,
 )
+from sternplane.study.shipped_filter import shipped
 
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.params import load
@@ -195,7 +195,9 @@ def test_the_whole_study_runs_in_processes_and_exits_by_its_targets(
     left_out = exact.CASES[0]._replace(name="flown in the full form only", short=0)
     monkeypatch.setattr(command, "ESTIMATION", command.ESTIMATION._replace(cases=(*exact.CASES, left_out)))
     assert main.main(["study", "estimation", "--seeds", "0:1", "--short", "--out", str(tmp_path)]) == 0
-    rows = json.loads((tmp_path / "results.json").read_text())
+    results = json.loads((tmp_path / "results.json").read_text())
+    assert results["settings"] == {}
+    rows = results["rows"]
     assert {tuple(row) for row in rows} == {("case", "figure", "value", "target", "n", "margin", "ok")}
     assert all("100 Hz" in row["case"] for row in rows)
     assert left_out.name not in (tmp_path / "report.html").read_text()

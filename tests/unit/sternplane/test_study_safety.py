@@ -12,6 +12,7 @@ from sternplane.cli import main
 from sternplane.cli.main import parser
 from sternplane.sitl.flight import FlightRequest, prepare
 from sternplane.study.safety import campaign, command
+from sternplane.study.safety import flight as flight_module
 from sternplane.study.safety.campaign import LEFT_OUT, TRIALS, Job, jobs
 from sternplane.study.safety.flight import with_bar30, written
 from sternplane.study.safety.judge import Ending, Judge
@@ -24,6 +25,7 @@ from sternplane.study.safety.verdict import judge, rows
 from firmware_py.adapters.installation import configs
 from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.marine import Eta
+from firmware_py.params import ParamError
 from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.health import ActuatorFault, SourceFault
 from firmware_py.records.order import Mode
@@ -402,7 +404,8 @@ def few(monkeypatch):
     """A study of two flights that flies none: `ends` is how the second ends, `flew` what was flown."""
     study = SimpleNamespace(ends=SAFE, flew=[])
 
-    def fly_all(wanted, store, revision, console):
+    def fly_all(wanted, store, revision, console, settings):
+        study.settings = settings
         for job in store.missing(wanted):
             study.flew.append(job.key)
             store.add(flown(job.trial, SAFE if job.onset == 0 else study.ends, job.onset, job.seed))
@@ -414,8 +417,8 @@ def few(monkeypatch):
     return study
 
 
-def study(folder, seeds="1000:1001"):
-    return main.main(["study", "safety", "--seeds", seeds, "--out", str(folder)])
+def study(folder, seeds="1000:1001", *more):
+    return main.main(["study", "safety", "--seeds", seeds, "--out", str(folder), *more])
 
 
 def test_a_study_exits_by_its_cells(tmp_path, few, capsys):
@@ -424,7 +427,7 @@ def test_a_study_exits_by_its_cells(tmp_path, few, capsys):
     assert study(tmp_path / "unsafe") == 1
     out = capsys.readouterr().out
     assert "missed: safe: flights with an unsafe end: 1, target ≤ 0 (n = 2)" in out
-    found = json.loads((tmp_path / "unsafe" / "results.json").read_text())
+    found = json.loads((tmp_path / "unsafe" / "results.json").read_text())["rows"]
     assert {tuple(row) for row in found} == {("case", "figure", "value", "target", "n", "margin", "ok")}
     assert any(row["figure"] == "unsafe: off:fix" and row["ok"] is False for row in found)
     html = (tmp_path / "unsafe" / "report.html").read_text()
@@ -439,6 +442,34 @@ def test_a_second_start_flies_only_what_is_missing(tmp_path, few):
     assert few.flew == first
     assert study(tmp_path, "1000:1002") == 0
     assert few.flew[len(first) :] == ["off:fix / 0 / 1001", "off:fix / 1 / 1001"]
+
+
+def test_flights_take_what_is_set_and_a_folder_no_other(tmp_path, few, capsys):
+    given = "--set", "vehicle.coefficients.M_q=-0.02"
+    assert study(tmp_path, "1000:1001", *given) == 0
+    assert few.settings == given[1:]
+    assert json.loads((tmp_path / "results.json").read_text())["settings"] == {"vehicle.coefficients.M_q": -0.02}
+    assert "vehicle.coefficients.M_q=-0.02" in (tmp_path / "report.html").read_text()
+    capsys.readouterr()
+    assert study(tmp_path) == 2
+    refused = f"was begun with --set {given[1]}, here with nothing set; choose another --out\n"
+    assert capsys.readouterr().err == f"sternplane: {tmp_path}: {refused}"
+
+
+def test_a_flight_of_the_campaign_is_prepared_with_what_is_set(tmp_path, monkeypatch):
+    asked = []
+
+    def prepare(request, kept):
+        asked.append(request.settings)
+        raise ParamError("no flight in this test")
+
+    monkeypatch.setattr(flight_module, "prepare", prepare)
+    given = ("vehicle.M_q=-0.02", "sensors.pressure.noise_pa=7")
+    with pytest.raises(ParamError):
+        flight_module.run(Job("off:fix", 0, 1000), str(tmp_path), "", given)
+    with pytest.raises(ParamError):
+        flight_module.run(Job("", -1, 1000, 150.0), str(tmp_path), "", given)
+    assert asked == [given, given[:1]]  # quiet flights say their noise themselves
 
 
 def test_a_line_that_a_killed_study_had_begun_is_flown_again(tmp_path):

@@ -25,16 +25,26 @@ from sternplane.paper.printed import TABLE_1
 from sternplane.paper.progress import ExperimentProgress
 from sternplane.paper.tables import percent
 from sternplane.plain_console import PlainConsole
-from sternplane.sitl.flight import CONFIG
+from sternplane.sitl.flight import CONFIG, FlightRequest, prepare
+from sternplane.sitl.taken_settings import Takes, plain, taken
 
 _FLIGHT = 130.0
 """Vehicle time of a flight, s."""
+TAKES = Takes(
+    ("autopilot", "sensors", "io"),
+    "the paper says vehicle and sea; its flights take keys of autopilot, sensors and io",
+    ("autopilot.control.law",),
+)
 _PARTS = 3
 """Of the estimation, as it tells them."""
 
 
 def command(options: argparse.Namespace) -> int:
     """Do every experiment and write the report; return 1 if an EKF row is above the paper's, or a flight failed."""
+    settings = taken(options.settings, TAKES)
+    if settings:  # what no vehicle can fly with is refused before anything is computed
+        for scenario in control.SCENARIOS.values():
+            prepare(FlightRequest(scenario, settings=settings), {})
     folder = run_folder(options.out)
     truth = read_truth(CONFIG / "truth.toml")
     vehicle: Vehicle = load(Vehicle, read_toml(CONFIG / "vehicle.toml"), str(CONFIG / "vehicle.toml"))
@@ -53,11 +63,12 @@ def command(options: argparse.Namespace) -> int:
                     words = f"{scenario}, {one}"
                     steps.begin(words)
                     place = folder / "flights" / f"{name}-{one}"
-                    flown[name][one] = control.fly_step(scenario, made[one], place, steps.watch)
+                    flown[name][one] = control.fly_step(scenario, made[one], place, steps.watch, settings)
                     steps.done(words, _FLIGHT)
             steps.begin("the figures")
-            drawn = figures.all_figures(found, vehicle, flown)
-            files = _leave(folder, drawn, page(found, rows, flown, drawn), _results(found, rows, flown), steps)
+            drawn = [] if options.no_report else figures.all_figures(found, vehicle, flown)
+            text = "" if options.no_report else page(found, rows, flown, drawn, settings)
+            files = _leave(folder, drawn, text, {"settings": plain(settings), **_results(found, rows, flown)}, steps)
     except control.FlightError as error:
         print(f"sternplane: {error}", file=sys.stderr)
         return 1
@@ -94,7 +105,7 @@ def _results(
 def _leave(
     folder: Path, drawn: list[figures.Figure], text: str, results: dict[str, Any], steps: ExperimentProgress
 ) -> list[Path]:
-    """Write the files and print their names.
+    """Write the files, no report where `text` is empty, and return their places.
 
     Raises:
         LogError: the folder cannot be written.
@@ -103,12 +114,14 @@ def _leave(
         pictures = [drawings.draw(figure, folder) for figure in drawn]
         steps.done("the figures")
         document = json.dumps(_plain(results), indent=2, ensure_ascii=False, allow_nan=False)
-        for name, content in (("results.json", f"{document}\n"), ("report.html", text)):
-            write_atomically(folder / name, content.encode())
+        written = {"report.html": text, "results.json": f"{document}\n"}
+        files = {folder / name: content for name, content in written.items() if content}
+        for path, content in files.items():
+            write_atomically(path, content.encode())
     except OSError as error:
         raise LogError(f"{folder}: the report cannot be written ({error.strerror}); choose another --out") from None
     steps.done("the report")
-    return [folder / "report.html", folder / "results.json", *pictures]
+    return [*files, *pictures]
 
 
 def _plain(value: Any) -> Any:

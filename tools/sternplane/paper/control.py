@@ -74,7 +74,9 @@ def vehicles(folder: Path, estimates: Mapping[str, Mapping[str, float]], config:
     return made
 
 
-def fly_step(scenario: str, config: Path, folder: Path, watch: Callable[[Cycle], None]) -> StepFlight:
+def fly_step(
+    scenario: str, config: Path, folder: Path, watch: Callable[[Cycle], None], settings: tuple[str, ...] = ()
+) -> StepFlight:
     """Flies, leaving a log; the step is one of the path if the mission has such, else one of the depth.
 
     Raises:
@@ -83,7 +85,7 @@ def fly_step(scenario: str, config: Path, folder: Path, watch: Callable[[Cycle],
         KeyboardInterrupt: the user has had enough.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    outcome = fly(prepare(FlightRequest(scenario, config), {}), folder / "log.mcap", watch)
+    outcome = fly(prepare(FlightRequest(scenario, config, settings=settings), {}), folder / "log.mcap", watch)
     if outcome.reason == "interrupted":
         raise KeyboardInterrupt
     if not outcome.completed:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from firmware_py.run import provenance
 from sternplane.paper import differences, tables
@@ -12,12 +12,17 @@ from sternplane.paper.estimation import Estimation
 from sternplane.paper.figures import Figure
 from sternplane.paper.plots import plot
 from sternplane.report.page import Heading, Page, Section, Table, plot_section, render, rows_of
+from sternplane.sitl.taken_settings import told
 
 
 def page(
-    found: Estimation, rows: list[Comparison], flown: Mapping[str, Mapping[str, StepFlight]], figures: Iterable[Figure]
+    found: Estimation,
+    rows: list[Comparison],
+    flown: Mapping[str, Mapping[str, StepFlight]],
+    figures: Iterable[Figure],
+    settings: Sequence[str] = (),
 ) -> str:
-    """Return the page as HTML."""
+    """Return the page as HTML; `settings` are those of the flights."""
     drawn = {figure.name: [*_figure(figure)] for figure in figures}
     sections = [
         Heading("Estimation (section 2)", anchor="estimation"),
@@ -43,10 +48,12 @@ def page(
             mood="good" if good else "bad",
             description="J.-Y. Kim, “Controller Design for an Autonomous Underwater Vehicle Using Estimated "
             "Hydrodynamic Coefficients”, with this project's plant, estimators, laws and simulator.",
+            identity=told(settings),
             key_figures={"": _key_figures(found, flown)},
             sections=sections,
             footnote="The figures are beside this page as PNG files, the numbers in results.json, the flights in "
-            "vehicles and flights: `sternplane sitl --config DIR/vehicles/smo --scenario paper-depth` flies it again.",
+            "vehicles and flights: `sternplane sitl --config DIR/vehicles/smo --scenario paper-depth` flies it again"
+            f"{', with the same --set' if settings else ''}.",
         )
     )
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Sequence
 from typing import Any
 
@@ -10,11 +9,17 @@ from rich.console import Console
 
 from sternplane.campaign.engine import complete
 from sternplane.study.kept_runs import KeptRuns
+from sternplane.study.laid_settings import run_laid
 from sternplane.study.rows import Case, RunArrays
 
 
 def run_all(
-    cases: Sequence[Case], seeds: range, short: bool, kept: KeptRuns, console: Console
+    cases: Sequence[Case],
+    seeds: range,
+    short: bool,
+    kept: KeptRuns,
+    console: Console,
+    settings: Sequence[str] = (),
 ) -> list[list[RunArrays]]:
     """Return every run of every case, in their order; what was kept is not made again.
 
@@ -27,6 +32,7 @@ def run_all(
         short: the form for CI.
         kept: the runs of this study that were made before, and where new ones go.
         console: where the bar is drawn; where it is no terminal, a line says each tenth.
+        settings: what `--set` lays upon the files of every run.
     """
     counts = [
         case.runs if case.runs == case.short else min(case.short if short else case.runs, len(seeds)) for case in cases
@@ -45,7 +51,7 @@ def run_all(
 
     def arguments(job: tuple[int, int]) -> tuple[Any, ...]:
         index, k = job
-        return cases[index].run, seeds.start + k, k
+        return settings, cases[index].run, seeds.start + k, k
 
-    complete(operator.call, missing, arguments, keep, "runs", console, done=len(runs), place=kept.folder)
+    complete(run_laid, missing, arguments, keep, "runs", console, done=len(runs), place=kept.folder)
     return [[runs[index, k] for k in range(count)] for index, count in enumerate(counts)]

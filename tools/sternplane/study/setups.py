@@ -27,6 +27,7 @@ from sternplane.identification.cramer_rao_bound import bounds, true_states
 from sternplane.logs.tracking import Array
 from sternplane.sitl.busless_flight import N_TRIM, SENSOR_STD, BuslessFlight, fly, held_level, measure, measurement_mask
 from sternplane.study.rows import RunArrays
+from sternplane.study.shipped_filter import shipped
 
 CONFIG = configs() / "npsauv2"
 PAPER_EKF = dict(zip(TEN, (0.12, 0.26, 0.33, 0.58, 0.13, 0.05, 0.09, 14.53, 9.61, 23.29), strict=True))
@@ -58,14 +59,6 @@ def vehicle() -> Vehicle:
     """Return the vehicle as the vehicle file has it."""
     path = CONFIG / "vehicle.toml"
     return params.load(Vehicle, tomllib.loads(path.read_text()), str(path))
-
-
-@functools.cache
-def shipped() -> CoefficientParams:
-    """Return the settings of the filter in the shipped configuration."""
-    path = CONFIG / "autopilot.toml"
-    table = tomllib.loads(path.read_text())["estimation"]["coefficients"]
-    return params.load(CoefficientParams, table, f"{path}: estimation.coefficients")
 
 
 def flying(**changes: Any) -> CoefficientParams:

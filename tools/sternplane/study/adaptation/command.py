@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from sternplane.sitl.taken_settings import Takes
 from sternplane.study.adaptation import other_wrong, rivals, steps, straight
 from sternplane.study.adaptation.cases import CASES
 from sternplane.study.adaptation.damage import DAMAGE_CASES
@@ -19,7 +20,13 @@ ADAPTATION = Study(
     (*CASES, *DAMAGE_CASES, *NAVIGATION_CASES, *rivals.CASES, *other_wrong.CASES, *steps.CASES, *straight.CASES),
 )
 
+TAKES = Takes(
+    ("autopilot", "sensors", "io"),
+    "the adaptation study sets vehicle, truth and sea itself; it takes keys of autopilot, sensors and io",
+    ("autopilot.control.law", "autopilot.control.adoption.enabled"),
+)
+
 
 def command(options: argparse.Namespace) -> int:
     """Run the study; return 0 if every target is met, 1 if one is missed."""
-    return run_study(ADAPTATION, options, SEEDS)
+    return run_study(ADAPTATION, options, SEEDS, TAKES)

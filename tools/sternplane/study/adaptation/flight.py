@@ -18,6 +18,8 @@ from sim_bridge.truth_sample import TruthSample
 from sternplane.logs.tracking import Array
 from sternplane.sitl import simulation_recorder
 from sternplane.sitl.flight import FlightRequest, fly, prepare
+from sternplane.sitl.taken_settings import beside
+from sternplane.study.laid_settings import settings_now
 from sternplane.study.setups import CONFIG, starts
 from sternplane.study.wrong_vehicle import Factors, coefficients, overlay
 
@@ -169,7 +171,9 @@ def fly_seen(scenario: str, seed: int, witness: simulation_recorder.Witness, fau
     with tempfile.TemporaryDirectory() as name:
         path = Path(name) / "study.toml"
         path.write_text(scenario, encoding="utf-8")
-        flight = prepare(FlightRequest(scenario=str(path), config=CONFIG, seed=seed, faults=faults), {})
+        settings = beside(scenario, settings_now())
+        request = FlightRequest(scenario=str(path), config=CONFIG, seed=seed, faults=faults, settings=settings)
+        flight = prepare(request, {})
         outcome = fly(flight, None, witness=witness)
         if outcome.reason == "interrupted":
             raise KeyboardInterrupt

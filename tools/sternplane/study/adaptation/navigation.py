@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.marine import wrap
 from firmware_py.records.cycle import Cycle
 from sim_bridge.truth_sample import TruthSample
@@ -17,8 +16,8 @@ from sternplane.logs.tracking import Array
 from sternplane.study.adaptation.courses import LEG_TIME, demonstration, straight_leg, track
 from sternplane.study.adaptation.flight import Course, fly_seen
 from sternplane.study.chance import mean_square_at
+from sternplane.study.laid_settings import table_now
 from sternplane.study.rows import Case, Results, Row, RunArrays
-from sternplane.study.setups import CONFIG
 
 _WITHOUT = "[autopilot.estimation.velocity]\nfilter_std_m_s = 0.0\n"
 """Laid upon a scenario: the velocity of the coefficient filter is never taken."""
@@ -141,8 +140,9 @@ def _cross(seed: int, k: int, biased: bool) -> RunArrays:
     return found
 
 
-def _judge_cross(runs: Sequence[RunArrays], name: str, biased: bool, look_ahead: float) -> Results:
+def _judge_cross(runs: Sequence[RunArrays], name: str, biased: bool) -> Results:
     rows, n = [], len(runs)
+    look_ahead = float(table_now("autopilot")["guidance"]["line_of_sight"]["look_ahead_m"])
     walk, freedom = ping_walk(straight_leg().settled, LEG_TIME)
     chance = math.sqrt(mean_square_at(n * freedom, _CHANCE))
     rows.append(Row(name, "noise of pings added up, RMS over the leg and over boats, m", walk, None))
@@ -167,7 +167,7 @@ def ping_walk(begin: float, end: float) -> tuple[float, float]:
         begin: of the time over which its mean square is taken, s.
         end: of that time, s.
     """
-    dvl = read_toml(CONFIG / "sensors.toml")["dvl"]
+    dvl = table_now("sensors")["dvl"]
     rate = float(dvl["noise_m_s"]) ** 2 / float(dvl["rate_hz"]) / (1.0 - float(dvl["dropout"]))
     t = np.linspace(begin, end, 200)
     covariance = rate * np.minimum(t[:, None], t[None, :])
@@ -190,14 +190,13 @@ def _loss_case(course: Callable[[], Course], begin: float, short: int) -> Case:
 
 
 def _cross_case(biased: bool, short: int) -> Case:
-    look_ahead = float(read_toml(CONFIG / "autopilot.toml")["guidance"]["line_of_sight"]["look_ahead_m"])
     name = f"straight leg across 0.2 m/s, {'with' if biased else 'without'} yaw bias"
     about = (
         "A leg to the north in a current to the east, by a DVL without bias. Off the leg: the true path from "
         f"{straight_leg().settled:g} s on, less what dead reckoning itself leads off by the bias of the AHRS's heading "
         "(way times bias). By the RMS over seeds: the noise of pings adds up to a random walk, which nobody can know."
     )
-    judge = functools.partial(_judge_cross, name=name, biased=biased, look_ahead=look_ahead)
+    judge = functools.partial(_judge_cross, name=name, biased=biased)
     return Case(name, about, functools.partial(_cross, biased=biased), judge, 40, short)
 
 

@@ -23,6 +23,9 @@ from sim_bridge.truth_sample import TruthSample
 from sternplane.logs.replay import replay
 from sternplane.logs.streaming import stream
 from sternplane.sitl.flight import SCENARIOS, Flight, FlightRequest, fly, prepare
+from sternplane.sitl.request import parse_settings
+from sternplane.sitl.taken_settings import beside
+from sternplane.study.laid_settings import settings_now
 from sternplane.study.rows import Case, Results, Row, RunArrays
 from sternplane.study.setups import CONFIG, starts
 from sternplane.study.wrong_vehicle import Factors, coefficients, overlay
@@ -85,7 +88,8 @@ def _dive(folder: Path, config: Path, seed: int, wrong: Factors, kept: Mapping[s
         text = text.replace(before, after, 1)
     text = text.replace("[start]", "current_ned_m_s = [0.06, 0.08, 0.0]\n[start]", 1)
     scenario.write_text(text + overlay(wrong), encoding="utf-8")
-    flight = prepare(FlightRequest(scenario=str(scenario), config=config, seed=seed), kept)
+    settings = beside(text, settings_now())
+    flight = prepare(FlightRequest(scenario=str(scenario), config=config, seed=seed, settings=settings), kept)
 
     def keep() -> LearnedModel | None:
         return flight.autopilot.parts.estimator.learned_model()
@@ -112,7 +116,7 @@ def _run(seed: int, k: int) -> RunArrays:
         truth.write_text(re.sub(r"(?m)^([NY]_dr) = (\S+)", _weaker, truth.read_text()), encoding="utf-8")
         wrong = coefficients(starts(seed, _WRONG))
         first = _dive(folder, CONFIG, seed, wrong, {}, again=False)
-        configuration = config_files.read_configuration(CONFIG, factors=wrong)
+        configuration = config_files.read_configuration(CONFIG, factors=wrong, settings=parse_settings(settings_now()))
         kept: dict[str, Any] = {}
         if (folder / FILE).exists():  # else nothing of it was to be relied on, and the second begins as the first
             kept = {"passport": next_day(folder / FILE, configuration)}

@@ -15,6 +15,8 @@ import numpy as np
 
 from sternplane.paper.control import FlightError, fly_step
 from sternplane.sitl.flight import SCENARIOS
+from sternplane.sitl.taken_settings import beside
+from sternplane.study.laid_settings import settings_now
 from sternplane.study.rows import Case, Results, Row, RunArrays
 from sternplane.study.setups import CONFIG, starts
 from sternplane.study.wrong_vehicle import coefficients, overlay
@@ -69,9 +71,11 @@ def _run(seed: int, k: int) -> RunArrays:
         wrong = overlay(coefficients({} if knows == "true" else starts(seed, WRONG)))
         for step in _STEPS:
             place = folder / f"{step}.toml"
-            place.write_text(scenario(step, knows) + wrong, encoding="utf-8")
+            text = scenario(step, knows) + wrong
+            place.write_text(text, encoding="utf-8")
+            settings = beside(text, settings_now())
             try:
-                figures = fly_step(str(place), CONFIG, folder / step, lambda _cycle: None).figures
+                figures = fly_step(str(place), CONFIG, folder / step, lambda _cycle: None, settings).figures
             except FlightError:
                 figures = {}
             numbers = [figures.get(figure) for figure in _FIGURES]

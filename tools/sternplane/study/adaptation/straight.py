@@ -20,8 +20,10 @@ from firmware_py.vehicle.linear_models import (
 )
 from sim_bridge.truth_sample import TruthSample
 from sternplane.logs.tracking import Array
+from sternplane.sitl.request import parse_settings
 from sternplane.study.adaptation.courses import track
 from sternplane.study.adaptation.flight import Course, Witness, flown_as
+from sternplane.study.laid_settings import settings_now
 from sternplane.study.rows import Case, Results, Row, RunArrays
 from sternplane.study.setups import CONFIG, starts, vehicle
 from sternplane.study.wrong_vehicle import coefficients
@@ -63,7 +65,9 @@ def straight(duration: float) -> Course:
 def _layer_gains(coefficients: Sequence[float]) -> Array:
     """Return the fin angle per state within the boundary layers, of depth and of heading, at the trim speed."""
     believed, u = vehicle(), vehicle().propeller.u_trim
-    control = config_files.autopilot_params(config_files.read_configuration(CONFIG, {})).control
+    control = config_files.autopilot_params(
+        config_files.read_configuration(CONFIG, settings=parse_settings(settings_now()))
+    ).control
 
     def gains(model: LinearModel, law: SlidingGains, s_last: float) -> list[float]:
         design = design_sliding_mode(model, law.poles, s_last, law.delta_sw, law.phi_b)

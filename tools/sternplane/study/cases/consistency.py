@@ -18,7 +18,8 @@ from sternplane.report.drawing import Plot
 from sternplane.study.chance import K_SIGMA, chi_square_band, share_of
 from sternplane.study.figures import COLOURS, SENSORS, nees_over_time
 from sternplane.study.rows import Case, Results, Row, RunArrays, Target
-from sternplane.study.setups import WRONG, Setup, fly_prbs, flying, run_filter, shipped, start_up_over, starts, vehicle
+from sternplane.study.setups import WRONG, Setup, fly_prbs, flying, run_filter, start_up_over, starts, vehicle
+from sternplane.study.shipped_filter import shipped
 
 Waters = Mapping[str, Setup]
 WATERS: Waters = {"no eddies": Setup(), "eddies 0.05 m/s": Setup(turbulence=0.05)}

@@ -23,7 +23,9 @@ from firmware_py.vehicle.coefficients import Coefficients
 from sternplane.logs.reading import read
 from sternplane.logs.true_coefficients import truth
 from sternplane.sitl.flight import FlightRequest, fly, prepare
+from sternplane.sitl.taken_settings import beside
 from sternplane.study.chance import share_of
+from sternplane.study.laid_settings import settings_now
 from sternplane.study.rows import Case, Results, Row, RunArrays
 from sternplane.study.wrong_vehicle import Factors, coefficients, overlay
 
@@ -171,7 +173,9 @@ def judged(scenario: str, vehicle: str, factors: Callable[[Tables, Signs], Facto
         folder = Path(name)
         file = folder / "study.toml"
         file.write_text(scenario + overlay(factors(true, signs(seed))))
-        outcome = fly(prepare(FlightRequest(scenario=str(file), config=shipped, seed=seed), {}), folder / "log.mcap")
+        settings = beside(scenario, settings_now())
+        request = FlightRequest(scenario=str(file), config=shipped, seed=seed, settings=settings)
+        outcome = fly(prepare(request, {}), folder / "log.mcap")
         log = read(folder / "log.mcap")
         c = log.columns
     absent = dict.fromkeys((each.name for each in fields(Coefficients)), 0.0)

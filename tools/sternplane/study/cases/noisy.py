@@ -19,10 +19,10 @@ from sternplane.study.setups import (
     fly_prbs,
     flying,
     run_filter,
-    shipped,
     starts,
     vehicle,
 )
+from sternplane.study.shipped_filter import shipped
 
 MINUTE = Setup()
 LONG = Setup(duration=900.0, h=0.02, inertial=50.0)

@@ -22,7 +22,9 @@ from sternplane.logs.reading import Columns, Log, read
 from sternplane.logs.tracking import Array
 from sternplane.sitl.busless_flight import SENSOR_STD
 from sternplane.sitl.flight import FlightRequest, fly, prepare
+from sternplane.sitl.taken_settings import beside
 from sternplane.study.figures import bars, over_bound, per_name, rms
+from sternplane.study.laid_settings import settings_now
 from sternplane.study.rows import Case, Results, RunArrays
 from sternplane.study.setups import CONFIG, WRONG, starts, true_vehicle
 from sternplane.study.wrong_vehicle import coefficients, overlay
@@ -61,7 +63,8 @@ def _run(seed: int, k: int) -> RunArrays:
         scenario = folder / "study.toml"
         text = SCENARIO.format(duration=DURATION, register=1 + seed % PERIOD)
         scenario.write_text(text + overlay(coefficients(starts(seed, WRONG))))
-        flight = prepare(FlightRequest(scenario=str(scenario), config=CONFIG, seed=seed), {})
+        settings = beside(text, settings_now())
+        flight = prepare(FlightRequest(scenario=str(scenario), config=CONFIG, seed=seed, settings=settings), {})
         fly(flight, folder / "log.mcap")
         log = read(folder / "log.mcap")
         params = dataclasses.replace(flight.params.estimation.coefficients, turbulence=(0.0,))

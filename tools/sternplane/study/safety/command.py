@@ -3,34 +3,46 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
+from firmware_py.adapters.installation import configs
 from firmware_py.run import provenance
 from firmware_py.run.run_folders import run_folder
 from sternplane.campaign.files import write
 from sternplane.campaign.seeds import seeds_of
 from sternplane.plain_console import PlainConsole
-from sternplane.study.command import JUDGED_FROM
+from sternplane.sitl.taken_settings import Takes, taken, told
+from sternplane.study.begun_with import refuse_other
+from sternplane.study.command import JUDGED_FROM, leave_results, print_places, refuse_values
 from sternplane.study.page import target_text
 from sternplane.study.rows import Row
 from sternplane.study.safety.campaign import SEEDS, jobs
+from sternplane.study.safety.flight import vehicle_of
 from sternplane.study.safety.page import page
 from sternplane.study.safety.pool import fly_all
-from sternplane.study.safety.store import Store
+from sternplane.study.safety.store import FILE, Store
 from sternplane.study.safety.verdict import rows
+
+TAKES = Takes(
+    ("autopilot", "vehicle", "truth", "sensors", "io"),
+    "the safety study sets mission, faults and sea itself; it takes keys of autopilot, vehicle, truth, sensors and io",
+    ("autopilot.safety.depth_max_m", "autopilot.estimation.learning.enabled"),
+)
 
 
 def command(options: argparse.Namespace) -> int:
     """Run the campaign; return 0 if no flight is unsafe and every target is met, else 1."""
     seeds = seeds_of(options.seeds, range(JUDGED_FROM, JUDGED_FROM + SEEDS))
     wanted, revision = jobs(seeds, options.short, options.trial), provenance.git_revision()
+    settings = taken(options.settings, TAKES)
+    for vehicle in sorted({vehicle_of(job) for job in wanted}):
+        refuse_values(settings, configs() / vehicle)
     folder = run_folder(options.out)
+    refuse_other(folder, FILE, settings)
     store = Store(folder)
     try:
-        fly_all(wanted, store, revision, PlainConsole(stderr=True))
+        fly_all(wanted, store, revision, PlainConsole(stderr=True), settings)
     finally:
         store.close()
     flights = store.of(job.key for job in wanted)
@@ -41,9 +53,11 @@ def command(options: argparse.Namespace) -> int:
         f"seeds {seeds.start} to {seeds.stop - 1} · {form} · {len(flights)} flights · {hours[0]:.1f} h under water, "
         f"flown in {hours[1]:.2f} h of one processor · revision {revision}"
     )
-    write(folder / "results.json", json.dumps([row.plain() for row in found], indent=1, allow_nan=False) + "\n")
-    write(folder / "report.html", page(flights, found, (identity,), _warnings(flights, revision)))
-    _print(found, folder)
+    leave_results(folder, settings, found)
+    if not options.no_report:
+        write(folder / "report.html", page(flights, found, (identity, *told(settings)), _warnings(flights, revision)))
+    _print(found)
+    print_places(folder, options.no_report)
     return 1 if any(row.ok is False for row in found) else 0
 
 
@@ -56,7 +70,7 @@ def _warnings(flights: Sequence[dict[str, Any]], revision: str) -> list[str]:
     return [f"{count} of {len(flights)} flights were made by another revision: {', '.join(sorted(others))}."]
 
 
-def _print(found: Sequence[Row], folder: Path) -> None:
+def _print(found: Sequence[Row]) -> None:
     console = PlainConsole()
     for row in found:
         if row.ok is False:
@@ -64,4 +78,3 @@ def _print(found: Sequence[Row], folder: Path) -> None:
             console.print(text, highlight=False, soft_wrap=True)
     judged = [row for row in found if row.ok is not None]
     console.print(f"{sum(bool(row.ok) for row in judged)} of {len(judged)} targets met")
-    console.print(f"{folder / 'report.html'}\n{folder / 'results.json'}", highlight=False, soft_wrap=True)

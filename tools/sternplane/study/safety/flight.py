@@ -12,21 +12,25 @@ from firmware_py.adapters.installation import configs
 from sternplane.logs.reading import read
 from sternplane.logs.replay import replay
 from sternplane.sitl.flight import Flight, FlightRequest, fly, prepare
+from sternplane.sitl.taken_settings import beside
 from sternplane.study.safety.campaign import TRIALS, Job
 from sternplane.study.safety.judge import Ending, Judge
 from sternplane.study.safety.mission import DEPTH_MAX, NPS, quiet_scenario, scenario
 from sternplane.study.safety.verdict import judge
 
 
-def run(job: Job, logs: str, revision: str) -> dict[str, Any]:
+def run(job: Job, logs: str, revision: str, settings: tuple[str, ...] = ()) -> dict[str, Any]:
     """Fly one job, leave its log in `logs`, and return what is known of it; `keep`: its log is not to be deleted."""
     began = time.process_time()
     with tempfile.TemporaryDirectory() as name:
         file = Path(name) / "study.toml"
-        file.write_text(written(job), encoding="utf-8")
-        config = configs() / _vehicle(job)
+        text = written(job)
+        file.write_text(text, encoding="utf-8")
+        config = configs() / vehicle_of(job)
         io = with_bar30(config, Path(name)) if job.trial and TRIALS[job.trial].coarse else None
-        flight = prepare(FlightRequest(scenario=str(file), config=config, seed=job.seed, io=io), {})
+        laid = beside(text, settings)
+        request = FlightRequest(scenario=str(file), config=config, seed=job.seed, io=io, settings=laid)
+        flight = prepare(request, {})
         witness = _judge(flight, job)
         log = Path(logs) / job.file
         outcome = fly(flight, log, witness=witness)
@@ -75,7 +79,8 @@ def written(job: Job) -> str:
     )
 
 
-def _vehicle(job: Job) -> str:
+def vehicle_of(job: Job) -> str:
+    """Return the name of the configuration that flies."""
     return TRIALS[job.trial].vehicle if job.trial else NPS
 
 

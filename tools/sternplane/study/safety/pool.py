@@ -14,7 +14,7 @@ from sternplane.study.safety.judge import Ending
 from sternplane.study.safety.store import Store
 
 
-def fly_all(jobs: Sequence[Job], store: Store, revision: str, console: Console) -> None:
+def fly_all(jobs: Sequence[Job], store: Store, revision: str, console: Console, settings: tuple[str, ...] = ()) -> None:
     """Fly every job that the store does not have; where the console is no terminal, a line says each twentieth."""
     missing = store.missing(jobs)
 
@@ -23,8 +23,8 @@ def fly_all(jobs: Sequence[Job], store: Store, revision: str, console: Console) 
         if Ending(flight["ending"]).unsafe:
             console.print(f"{flight['ending']}: {flight['key']}: {flight['outcome']}", highlight=False, soft_wrap=True)
 
-    def arguments(job: Job) -> tuple[Job, str, str]:
-        return job, str(store.logs), revision
+    def arguments(job: Job) -> tuple[Job, str, str, tuple[str, ...]]:
+        return job, str(store.logs), revision, settings
 
     done = len(jobs) - len(missing)
     complete(run, missing, arguments, keep, "flights", console, parts=20, done=done, place=store.path)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,9 @@ from rich.table import Table
 from firmware_py.run.run_folders import run_folder
 from sternplane.campaign.files import write
 from sternplane.plain_console import PlainConsole
+from sternplane.sitl.taken_settings import Takes, taken, told
+from sternplane.study.command import refuse_values
+from sternplane.study.laid_settings import laid
 from sternplane.study.tuning.closed_loop import ClosedLoop
 from sternplane.study.tuning.search import (
     BEGIN,
@@ -29,13 +33,31 @@ from sternplane.study.tuning.search import (
     words,
 )
 
+TAKES = Takes(
+    ("autopilot", "vehicle", "truth", "sensors", "io"),
+    "the tuning study sets course and sea itself; it takes keys of autopilot, vehicle, truth, sensors and io",
+    (
+        "autopilot.control.law",
+        "autopilot.control.adoption.enabled",
+        "autopilot.estimation.learning.enabled",
+        *sorted({f"autopilot.control.{space.table}" for search in SEARCHES for space in search.spaces}),
+    ),
+)
 _SETS = 10
 """So many sets of gains are flown both ways."""
 
 
 def command(options: argparse.Namespace) -> int:
     """Search, write a file for each search, and show that both ways of flying rank gains alike; return 0."""
-    folder, console = run_folder(options.out), PlainConsole()
+    settings = taken(options.settings, TAKES)
+    refuse_values(settings)
+    with laid(settings):
+        return _search(run_folder(options.out), told(settings))
+
+
+def _search(folder: Path, notes: Sequence[str]) -> int:
+    """Search, with settings laid; `notes` stand in each file."""
+    console = PlainConsole()
     judge = Judge()
     shipped = judge.figures(judge.shipped)
 
@@ -50,6 +72,7 @@ def command(options: argparse.Namespace) -> int:
         comments = (
             "Found by `sternplane study tuning` on the nominal vehicle; beside the shipped sliding-mode laws:",
             *words(judge.figures(params), shipped),
+            *notes,
             f"Track, {BEGIN:g} to {DURATION:g} s, seeds {SEEDS}; differential evolution, {SIZE} x {GENERATIONS}.",
         )
         write(folder / f"{search.name}.toml", as_toml(search, params, comments))

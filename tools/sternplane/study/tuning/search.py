@@ -15,7 +15,9 @@ from firmware_py.control.control import ControlParams, LawKind
 from firmware_py.params import to_toml_value, toml_key
 from sternplane.logs.tracking import Array
 from sternplane.sitl.flight import CONFIG, Flight, FlightRequest, fly, prepare
+from sternplane.sitl.taken_settings import beside
 from sternplane.study.adaptation.courses import track
+from sternplane.study.laid_settings import settings_now
 from sternplane.study.tuning.closed_loop import AxisFigures, ClosedLoop, Recording
 from sternplane.study.tuning.differential_evolution import DifferentialEvolution
 
@@ -92,8 +94,10 @@ SEARCHES = (
 def recorded(folder: Path, seed: int, over: str = "") -> tuple[Flight, Recording]:
     """Fly the track whole, with `over` (TOML) laid over the configuration; return what it was and what was seen."""
     scenario = folder / "tuning.toml"
-    scenario.write_text(track(DURATION).scenario.format(adoption="false") + _QUIET + over, encoding="utf-8")
-    flight = prepare(FlightRequest(scenario=str(scenario), config=CONFIG, seed=seed), {})
+    text = track(DURATION).scenario.format(adoption="false") + _QUIET + over
+    scenario.write_text(text, encoding="utf-8")
+    settings = beside(text, settings_now())
+    flight = prepare(FlightRequest(scenario=str(scenario), config=CONFIG, seed=seed, settings=settings), {})
     recording = Recording()
     outcome = fly(flight, None, witness=recording)
     if outcome.reason == "interrupted":
