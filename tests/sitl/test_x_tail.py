@@ -40,3 +40,11 @@ def test_a_stuck_fin_of_an_x_is_opposed_by_the_three_others(flown: Flights) -> N
     stuck = np.radians(8.0)
     assert abs(np.dot(s, others) + s[0] * stuck) < 0.4 * abs(s[0] * stuck)
     assert abs(np.dot(r, others) + r[0] * stuck) < 0.4 * abs(r[0] * stuck)
+
+
+def test_an_x_that_lost_a_fin_dives_and_turns_with_the_three_others(flown: Flights) -> None:
+    """A lost fin still reports that it moves: none of the four is known to be the one, and all are asked for more."""
+    z, psi, fins = turned_and_dived(flown, "lost:upper_port@4")
+    assert z[-300:] == pytest.approx(12.0, abs=0.15)
+    assert psi[-300:] == pytest.approx(40.0, abs=3.0)
+    assert np.abs(fins).max() < np.radians(19.9)  # it is not steered at its limits
