@@ -1,4 +1,4 @@
-"""One version: the package's number is that of the changelog, of the citation and of the page about it."""
+"""One version: changelog, citation and the page about it have the last release, the package it or what comes next."""
 
 from __future__ import annotations
 
@@ -15,13 +15,28 @@ NUMBERS = {
 }
 
 
+def numbers(version: str) -> tuple[int, ...]:
+    """Return the numbers of a version, to be compared."""
+    return tuple(map(int, version.split(".")))
+
+
 def test_it_is_the_same_everywhere() -> None:
     found = {path: re.search(pattern, (ROOT / path).read_text(), re.MULTILINE) for path, pattern in NUMBERS.items()}
-    assert {path: match and match[1] for path, match in found.items()} == dict.fromkeys(NUMBERS, __version__)
+    released = {match and match[1] for match in found.values()}
+    assert len(released) == 1
+    assert None not in released
+    [last] = map(str, released)
+    between = __version__.removesuffix(".dev0")
+    assert __version__ == last or (between != __version__ and numbers(between) > numbers(last))
+
+
+def test_what_is_unreleased_is_not_called_a_release() -> None:
+    unreleased = (ROOT / "CHANGELOG.md").read_text().partition("## [Unreleased]")[2].partition("\n## [")[0]
+    assert __version__.endswith(".dev0") or not unreleased.strip()
 
 
 def test_released_versions_have_dates_and_become_smaller_downwards() -> None:
     text = (ROOT / "CHANGELOG.md").read_text()
     found = re.findall(NUMBERS["CHANGELOG.md"], text, re.MULTILINE)
     assert len(found) == text.count("\n## [") - 1  # all but Unreleased
-    assert found == sorted(found, key=lambda number: tuple(map(int, number.split("."))), reverse=True)
+    assert found == sorted(found, key=numbers, reverse=True)
