@@ -1,4 +1,4 @@
-"""What is in doubt accuses nothing sound: whole flights in which a sensor that lies, or is late, is asked as a witness."""
+"""What is in doubt accuses nothing sound: whole flights with a sensor that lies, or is late."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def flown(folder: Path, trial: str, onset: int, seed: int) -> Verdict:
 def test_a_dvl_that_drifts_while_the_propeller_rests_convicts_neither_pitch_nor_depth(
     tmp_path: Path, onset: int, seed: int
 ) -> None:
-    """The law slows the propeller by what the DVL says until it rests, and the hull brakes: no DVL can speed up then."""
+    """The law slows the propeller by what the DVL says, until it rests; the hull brakes, and no sound DVL speeds up."""
     verdict = flown(tmp_path, "drift:dvl.u=0.03", onset, seed)
     assert verdict.ending.value == "flown"
     assert not verdict.wrong

@@ -64,7 +64,7 @@ class VerticalCheck:
     def carry_raw(self, t: float, dt: float, raw: float, heave: float, hull: float, pinged: bool) -> None:
         """Carry on by dt, s, at `raw` m/s what DVL and pitch say, believed or not, with the part that `heave` is.
 
-        Not `pinged`: they say nothing. At `hull` m/s goes what thrust, drag and pitch say, with that heave; NaN: nothing.
+        Not `pinged`: they say nothing. At `hull` m/s goes what thrust, drag, pitch and that heave say; NaN: nothing.
         """
         memory = self.memory
         memory.hull += (hull if hull == hull else raw) * dt

@@ -181,7 +181,7 @@ WATER = Group(
         Trial(
             "ballast:x_G=0.05",
             ("ballast:x_G=0.05@{t}",),
-            Named((), any_rule=True),
+            note="trimmed by the stern planes under way; coming up, the drop weight's release is told",
             ends=_NO_STEERING,
             bound=Bound("5 cm forward, only way above 1.8 m/s or a weight dropped from the bow brings it up"),
         ),
