@@ -12,6 +12,7 @@ from sternplane.study.tuning import search
 from sternplane.study.tuning.closed_loop import ClosedLoop
 from sternplane.study.tuning.differential_evolution import DifferentialEvolution
 
+from firmware_py.adapters.installation import configs
 from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.control.control import ControlParams, LawKind
 from firmware_py.params import load
@@ -88,3 +89,19 @@ def test_a_flight_flown_again_is_the_whole_flight(tmp_path: Path, monkeypatch: p
     assert np.array(again) == pytest.approx(np.array(whole), rel=0.03)
     assert abs(again[1].rms / shipped[1].rms - 1.0) > 0.05  # another law is another flight
     assert all(math.isfinite(x) for axis in again for x in axis)
+
+
+@pytest.mark.parametrize(("folder", "speed", "rpm"), [("npsauv2", 1.8, 492.0), ("torpedo_x", 1.5, 1461.0)])
+def test_every_vehicle_flies_the_track_at_its_own_speed(folder: str, speed: float, rpm: float) -> None:
+    assert search.cruise(configs() / folder) == (speed, rpm)
+
+
+def test_a_flight_of_another_vehicle_flown_again_is_the_whole_flight(tmp_path: Path) -> None:
+    config = configs() / "torpedo_x"
+    flight, recording = search.recorded(tmp_path, 1, config=config)
+    assert len(flight.autopilot.applied.fins) == 4
+    assert recording.truths[-1].nu.u == pytest.approx(1.5, abs=0.15)
+    loop = ClosedLoop(flight, recording, search.BEGIN)
+    again, whole = np.array(loop.fly(loop.shipped)), np.array(loop.recorded())
+    assert again == pytest.approx(whole, rel=0.02)
+    assert whole[0, 0] < 0.1  # depth RMS, m: it is steered

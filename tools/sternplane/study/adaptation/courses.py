@@ -20,8 +20,8 @@ current_ned_m_s = [0.06, 0.08, 0.0]
 turbulence_m_s = {eddies}
 [start]
 depth_m = 10.0
-u_m_s = 1.8
-n_rpm = 492.0
+u_m_s = {speed}
+n_rpm = {rpm}
 """
 LEG_TIME = 160.0
 """How long the straight leg is flown, s."""
@@ -57,19 +57,26 @@ arming = "arm"
 mode = "hold"
 depth_m = 10.0
 heading_deg = 0.0
-speed_m_s = 1.8
+speed_m_s = {speed}
 """
 
 
-def track(duration: float = 180.0, eddies: float = 0.0) -> Course:
-    """Return the track: steps of 2 m every 14 s and, between them, of 25 deg; in eddies, 1 sigma, m/s."""
+def track(duration: float = 180.0, eddies: float = 0.0, cruise: tuple[float, float] = (1.8, 492.0)) -> Course:
+    """Return the track: steps of 2 m every 14 s and, between them, of 25 deg.
+
+    Args:
+        duration: s.
+        eddies: 1 sigma, m/s.
+        cruise: speed, m/s, and what the propeller turns at it, rpm.
+    """
+    speed, rpm = cruise
     orders, t, there = [], 2.0, True
     while t + _STEP / 2.0 < duration:
         orders.append(f"[[orders]]\nt_s = {t}\ndepth_m = {12.0 if there else 10.0}\n")
         orders.append(f"[[orders]]\nt_s = {t + _STEP / 2.0}\nheading_deg = {25.0 if there else 0.0}\n")
         t, there = t + _STEP, not there
-    head = _TRACK.format(duration=duration, eddies=eddies)
-    return Course("track", head + _ADOPTION + _BEGIN + "".join(orders), 60.0)
+    head = _TRACK.format(duration=duration, eddies=eddies, speed=speed, rpm=rpm)
+    return Course("track", head + _ADOPTION + _BEGIN.format(speed=speed) + "".join(orders), 60.0)
 
 
 def halved(course: Course, at: float = 60.0, to_settle: float = 30.0) -> Course:

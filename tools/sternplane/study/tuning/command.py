@@ -50,15 +50,15 @@ _SETS = 10
 def command(options: argparse.Namespace) -> int:
     """Search, write a file for each search, and show that both ways of flying rank gains alike; return 0."""
     settings = taken(options.settings, TAKES)
-    refuse_values(settings)
+    refuse_values(settings, options.config)
     with laid(settings):
-        return _search(run_folder(options.out), told(settings))
+        return _search(run_folder(options.out), options.config, told(settings))
 
 
-def _search(folder: Path, notes: Sequence[str]) -> int:
-    """Search, with settings laid; `notes` stand in each file."""
+def _search(folder: Path, config: Path, notes: Sequence[str]) -> int:
+    """Search gains of a configuration, with settings laid; `notes` stand in each file."""
     console = PlainConsole()
-    judge = Judge()
+    judge = Judge(config=config)
     shipped = judge.figures(judge.shipped)
 
     def tell(generation: int, figures: Figures) -> None:
@@ -70,23 +70,26 @@ def _search(folder: Path, notes: Sequence[str]) -> int:
         console.print(search.name)
         params = tuned(search, judge, tell)
         comments = (
-            "Found by `sternplane study tuning` on the nominal vehicle; beside the shipped sliding-mode laws:",
+            f"Found by `sternplane study tuning` on the nominal vehicle of {config.resolve().name!r};",
+            "beside the shipped sliding-mode laws:",
             *words(judge.figures(params), shipped),
             *notes,
             f"Track, {BEGIN:g} to {DURATION:g} s, seeds {SEEDS}; differential evolution, {SIZE} x {GENERATIONS}.",
         )
         write(folder / f"{search.name}.toml", as_toml(search, params, comments))
-    console.print(_ranking(judge))
+    console.print(_ranking(judge, config))
     console.print(str(folder), highlight=False, soft_wrap=True)
     return 0
 
 
-def _ranking(judge: Judge) -> Table:
+def _ranking(judge: Judge, config: Path) -> Table:
     """Fly sets of PID gains whole, and as the search does; return how well the figures agree."""
     search, both = SEARCHES[0], []
     for params in drawn(search, judge.shipped, _SETS):
         with tempfile.TemporaryDirectory() as name:
-            whole = ClosedLoop(*recorded(Path(name), SEEDS[0], f"\n{as_toml(search, params)}"), BEGIN).recorded()
+            whole = ClosedLoop(
+                *recorded(Path(name), SEEDS[0], f"\n{as_toml(search, params)}", config), BEGIN
+            ).recorded()
         both.append((np.ravel(judge.loops[0].fly(params)), np.ravel(whole)))
     table = Table("figure", "correlation", "of ranks", "greatest difference", box=None)
     found, true = np.array(both).transpose(1, 2, 0)

@@ -11,10 +11,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from firmware_py import config_files
 from firmware_py.control.control import ControlParams, LawKind
 from firmware_py.params import to_toml_value, toml_key
+from firmware_py.units import UNITS
 from sternplane.logs.tracking import Array
 from sternplane.sitl.flight import CONFIG, Flight, FlightRequest, fly, prepare
+from sternplane.sitl.request import parse_settings
 from sternplane.sitl.taken_settings import beside
 from sternplane.study.adaptation.courses import track
 from sternplane.study.laid_settings import settings_now
@@ -91,13 +94,21 @@ SEARCHES = (
 )
 
 
-def recorded(folder: Path, seed: int, over: str = "") -> tuple[Flight, Recording]:
+def cruise(config: Path) -> tuple[float, float]:
+    """Return the speed at which a vehicle flies the track, its trim speed in whole tenths, m/s, and rpm at it."""
+    configuration = config_files.read_configuration(config, settings=parse_settings(settings_now()))
+    propeller = config_files.vehicle(configuration).propeller
+    speed = math.floor(10.0 * propeller.u_trim) / 10.0
+    return speed, float(round(to_toml_value(propeller.n_trim, UNITS["rpm"][1]) * speed / propeller.u_trim))
+
+
+def recorded(folder: Path, seed: int, over: str = "", config: Path = CONFIG) -> tuple[Flight, Recording]:
     """Fly the track whole, with `over` (TOML) laid over the configuration; return what it was and what was seen."""
     scenario = folder / "tuning.toml"
-    text = track(DURATION).scenario.format(adoption="false") + _QUIET + over
+    text = track(DURATION, cruise=cruise(config)).scenario.format(adoption="false") + _QUIET + over
     scenario.write_text(text, encoding="utf-8")
     settings = beside(text, settings_now())
-    flight = prepare(FlightRequest(scenario=str(scenario), config=CONFIG, seed=seed, settings=settings), {})
+    flight = prepare(FlightRequest(scenario=str(scenario), config=config, seed=seed, settings=settings), {})
     recording = Recording()
     outcome = fly(flight, None, witness=recording)
     if outcome.reason == "interrupted":
@@ -106,11 +117,11 @@ def recorded(folder: Path, seed: int, over: str = "") -> tuple[Flight, Recording
 
 
 class Judge:
-    """Judges gains by the recorded flights of `SEEDS`."""
+    """Judges gains by the recorded flights of `SEEDS`, by a vehicle of a configuration."""
 
-    def __init__(self, seeds: Sequence[int] = SEEDS) -> None:
+    def __init__(self, seeds: Sequence[int] = SEEDS, config: Path = CONFIG) -> None:
         with tempfile.TemporaryDirectory() as name:
-            flown = [recorded(Path(name), seed) for seed in seeds]
+            flown = [recorded(Path(name), seed, config=config) for seed in seeds]
         self.loops = [ClosedLoop(flight, recording, BEGIN) for flight, recording in flown]
         self.shipped = self.loops[0].shipped
 
