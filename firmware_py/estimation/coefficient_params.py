@@ -235,6 +235,8 @@ class CoefficientParams:
             raise ParamError("names is empty; name the coefficients to learn, such as M_q")
         if not self.turbulence:
             raise ParamError("turbulence is empty; write 0 for a filter that assumes none")
+        if list(self.turbulence) != sorted(set(self.turbulence)):
+            raise ParamError(f"turbulence {list(self.turbulence)} does not rise; each is more than the one before")
         if list(self.iteration_times) != sorted(set(self.iteration_times)):
             raise ParamError(
                 f"iteration_times {list(self.iteration_times)} do not rise; each is longer than the one before"

@@ -9,7 +9,7 @@ from firmware_py.estimation.model.jacobians import Array
 
 
 class Estimate(NamedTuple):
-    """The estimate of the bank, its filters combined by their probabilities.
+    """The estimate of the bank, its filters combined by their weights.
 
     Attributes:
         values: the learned coefficients, (names,); `std` their 1 sigma.
@@ -20,7 +20,7 @@ class Estimate(NamedTuple):
         angles: phi, theta, psi, rad, (3,).
         current: steady current north and east, m/s, (2,); NaN where none is estimated. `current_std` likewise.
         current_std: see current.
-        weights: probability of each filter of the bank.
+        weights: of each filter of the bank; the sum is 1.
         turbulence: intensity of the eddies, averaged over the bank, m/s.
     """
 
@@ -44,7 +44,7 @@ class History(NamedTuple):
         x: combined states, (K / every, n); `std` their 1 sigma.
         std: see x.
         nis: normalised innovations squared, (K, 9); NaN where nothing came.
-        weights: probabilities of the filters, (K / every, filters).
+        weights: of the filters, (K / every, filters).
     """
 
     steps: int

@@ -16,7 +16,7 @@ from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.filter.consistency import COUNT, NIS_COUNT_MIN, NIS_DIVERGED, SUM, diverged
 from firmware_py.estimation.filter.kernel_arguments import Settings, Tuning
 from firmware_py.estimation.filter.start_up import schedule
-from firmware_py.estimation.filter.weighting import REPLACED_BELOW, replace_unlikely
+from firmware_py.estimation.filter.weighting import NEIGHBOUR_REPLACED_BELOW, REPLACED_BELOW, replace_unlikely
 
 from .cases import VEHICLE
 
@@ -88,17 +88,18 @@ def test_start_up_noise_does_not_fade_while_none_may_learn() -> None:
     assert table.Q[0] > 1e-8
 
 
-def test_a_filter_far_behind_becomes_a_copy_of_the_most_likely_and_the_others_stay() -> None:
+def test_a_filter_far_behind_becomes_a_copy_of_the_most_likely_and_neighbours_stay_for_longer() -> None:
     rng = np.random.default_rng(1)
-    filters = CoefficientEkf(VEHICLE, CoefficientParams(turbulence=(0.0, 0.02, 0.05))).bank.kernel
+    filters = CoefficientEkf(VEHICLE, CoefficientParams(turbulence=(0.0, 0.02, 0.05, 0.1, 0.2))).bank.kernel
     filters.x[:], filters.P[:] = rng.standard_normal(filters.x.shape), rng.standard_normal(filters.P.shape)
-    filters.log_likelihood[:] = (-3.0 - 1.01 * REPLACED_BELOW, -3.0 - 0.99 * REPLACED_BELOW, -3.0)
+    far, near = REPLACED_BELOW, NEIGHBOUR_REPLACED_BELOW
+    filters.log_likelihood[:] = -3.0 - np.array([1.01 * far, 0.99 * near, 0.0, 1.01 * near, 0.99 * far])
     before = filters.x.copy(), filters.P.copy()
     replace_unlikely(filters)
-    np.testing.assert_array_equal(filters.x, before[0][[2, 1, 2]])
-    np.testing.assert_array_equal(filters.P, before[1][[2, 1, 2]])
+    np.testing.assert_array_equal(filters.x, before[0][[2, 1, 2, 2, 4]])
+    np.testing.assert_array_equal(filters.P, before[1][[2, 1, 2, 2, 4]])
     np.testing.assert_array_equal(
-        filters.log_likelihood, [-3.0 - 0.5 * REPLACED_BELOW, -3.0 - 0.99 * REPLACED_BELOW, -3.0]
+        filters.log_likelihood, -3.0 - np.array([0.5 * far, 0.99 * near, 0.0, 0.5 * near, 0.99 * far])
     )
 
 

@@ -231,7 +231,7 @@ class BankArrays:
         reset_motion(self.kernel, motion, variance)
 
     def combine(self) -> tuple[Array, Array, Array]:
-        """Mean and 1 sigma of the whole state, (n,), and the probabilities of the filters."""
+        """Mean and 1 sigma of the whole state, (n,), and the weights of the filters."""
         filters, n = self.x.shape
         weights, mean, std = np.zeros(filters), np.zeros(n), np.zeros(n)
         _combine(self.kernel, weights, mean, std)

@@ -1,4 +1,4 @@
-"""What a bank of filters believes: their states, combined by their probabilities."""
+"""What a bank of filters believes: their states, combined by their weights."""
 
 from __future__ import annotations
 

@@ -176,7 +176,7 @@ class Output(NamedTuple):
         every: see above.
         mean: of the whole state, (K / every, n).
         std: its 1 sigma.
-        weights: probabilities of the filters, (K / every, filters).
+        weights: of the filters as they were combined, (K / every, filters).
     """
 
     every: int

@@ -82,6 +82,8 @@ class Wrong(NamedTuple):
 NPS = Hull("npsauv2", 1.8, 492.0, "delta_s_deg = 15.0, delta_r_deg = 15.0")
 EDDIES = "current_ned_m_s = [0.12, 0.16, 0.0]\nturbulence_m_s = 0.05"
 """Water of a scenario: eddies, in a current of 0.2 m/s."""
+BETWEEN = "current_ned_m_s = [0.06, 0.08, 0.0]\nturbulence_m_s = 0.03"
+"""The same, between two intensities of the bank."""
 REMUS = Hull("remus100", 1.5, 1461.0, "delta_s_deg = 3.0, delta_r_deg = 5.0, clock_s = 1.0")
 
 
@@ -142,6 +144,7 @@ WAYS = (
     Wrong(REMUS, "the ten +-30 %", ten(0.3)),
     Wrong(NPS, "added mass +-20 %", added_mass),
     Wrong(REMUS, "right", nothing),
+    Wrong(REMUS, "right, eddies of 0.03 m/s", nothing, BETWEEN, None),
     Wrong(NPS, "drag +-20 %", drag),
     Wrong(NPS, "the ten +-50 %", ten(0.5)),
     Wrong(REMUS, "the rest +-20 %", rest),
@@ -153,6 +156,7 @@ WAYS = (
     Wrong(REMUS, "buoyancy +-1 %", buoyancy),
     Wrong(NPS, "the rest +-20 %, eddies", rest, EDDIES),
     Wrong(NPS, "the ten +-30 %, eddies", ten(0.3), EDDIES),
+    Wrong(NPS, "the ten +-30 %, eddies of 0.03 m/s", ten(0.3), BETWEEN),
     Wrong(REMUS, "right, eddies", nothing, EDDIES, None),  # they take more than 80 s of this hull
 )
 
@@ -240,8 +244,8 @@ CASES = (
     Case(
         "valid is right",
         "Whole flights of two hulls, NPS AUV II and REMUS 100, with vehicle files that are wrong in the ten, in added "
-        "mass, in drag, in buoyancy, or in everything else, some in eddies of 0.05 m/s; what is called valid is held "
+        "mass, in drag, in buoyancy, or in everything else, some in eddies of 0.05 or 0.03 m/s; what is called valid is held "
         "against the truth.",
-        *(_run, _evaluate, 10 * len(WAYS), 5),
+        *(_run, _evaluate, 10 * len(WAYS), 6),
     ),
 )
