@@ -144,7 +144,7 @@ def follow(
         gains: see `stationary_gains`.
         rate: mean of the measured rate of turn over the step, rad/s.
         damping: of the rate, 1/s, negative.
-        known: all other angular acceleration that the model knows, rad/s^2.
+        known: all other angular acceleration that the model knows, rad/s^2, between this step and the one before.
         dt: s.
     """
     before, disturbance = follower

@@ -13,7 +13,7 @@ from firmware_py.records.health import ActuatorFault, AxisDoubt, SourceFault, So
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
 from firmware_py.safety.actuators.cross_flow import CrossFlow, CrossMemory
-from firmware_py.safety.actuators.fin_angles import FinAngles
+from firmware_py.safety.actuators.fin_angles import AnglesMemory, FinAngles
 from firmware_py.safety.actuators.hull_response import PERIOD, AxisMemory, AxisWatch
 from firmware_py.safety.actuators.share_watch import ShareMemory, ShareWatch
 from firmware_py.safety.actuators.stuck_watch import StuckMemory, StuckWatch
@@ -62,7 +62,7 @@ class HullMemory(NamedTuple):
         axes: of both axes.
         sums: of their gyros, with the numbers of samples.
         speeds: to which their fins were held in the last step, m/s; NaN if it was left out.
-        modelled: fin angles, rad.
+        angles: of the fins, by axis.
         left: of what is left of the fins' effect.
         cross: of the velocities across the hull.
         stuck: of fins that stay where they are, and do not report it.
@@ -72,7 +72,7 @@ class HullMemory(NamedTuple):
     axes: tuple[AxisMemory, ...]
     sums: tuple[tuple[float, int], ...]
     speeds: tuple[float, ...]
-    modelled: tuple[float, ...]
+    angles: tuple[AnglesMemory, ...]
     left: tuple[ShareMemory, ...]
     cross: CrossMemory
     stuck: tuple[StuckMemory, ...]
@@ -101,7 +101,7 @@ class HullWatch:
         self._stuck = [StuckWatch(params.evidence, one, PERIOD) for one in eddies]
         self._heaved, self._flow = heaved_axis(vehicle), CrossFlow(PERIOD)
         self._sums, self._speeds = [(0.0, 0), (0.0, 0)], [math.nan, math.nan]
-        self._angles = FinAngles(params, len(vehicle.fins))
+        self._angles = [FinAngles(params, len(vehicle.fins)) for _ in eddies]  # fins of an X tail act on both axes
 
     def update(
         self,
@@ -164,7 +164,7 @@ class HullWatch:
     def freeze(self) -> HullMemory:
         """Return the whole memory."""
         axes, left = tuple([axis.freeze() for axis in self._axes]), tuple([left.freeze() for left in self._left])
-        held = tuple(self._sums), tuple(self._speeds), tuple(self._angles.modelled)
+        held = tuple(self._sums), tuple(self._speeds), tuple([angles.freeze() for angles in self._angles])
         stuck = tuple([stuck.freeze() for stuck in self._stuck])
         return HullMemory(tuple(self._references), axes, *held, left, self._flow.memory, stuck)
 
@@ -175,8 +175,8 @@ class HullWatch:
             self._axes[i].thaw(remembered)
             self._left[i].thaw(memory.left[i])
             self._stuck[i].thaw(memory.stuck[i])
-        self._sums, self._speeds, self._angles.modelled = list(memory.sums), list(memory.speeds), list(memory.modelled)
-        self._flow.memory = memory.cross
+            self._angles[i].thaw(memory.angles[i])
+        self._sums, self._speeds, self._flow.memory = list(memory.sums), list(memory.speeds), memory.cross
 
     def _refer(self, axis: int, values: Values) -> None:
         """Judge an axis by these coefficients from now on; by vehicle.toml if there are none."""
@@ -228,7 +228,7 @@ class HullWatch:
         total, count = self._sums[axis]
         self._sums[axis] = (0.0, 0)
         acting, units = self._fins[axis], [model.control * self._shares[axis][i] for i in self._fins[axis]]
-        told, mute = self._angles.update(acting, t, frame, applied, PERIOD)
+        told, mute = self._angles[axis].update(acting, t, frame, applied, PERIOD)
         angles = sum([unit * angle for unit, angle in zip(units, told, strict=True)])
         over = min([abs(angle) / self._travel[i] for i, angle in zip(acting, told, strict=True)], default=math.inf)
         if stuck.stuck[0] >= 0 and stuck.stuck[0] not in mute:
@@ -264,9 +264,8 @@ class HullWatch:
             and t - frame.ahrs.t_valid < _STALE
             and state.sensors.ahrs.state is SourceState.GOOD
         ):
-            watch.pause()
-            left.pause()
-            stuck.pause()
+            for one in (watch, left, stuck):
+                one.pause()
             return self._fault(axis) is not was
         self._speeds[axis] = u
         rate, fins = total / count, u * u * angles

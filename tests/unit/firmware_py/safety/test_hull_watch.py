@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import tomllib
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import pytest
 from firmware_py.control.adoption import Adoption
 from firmware_py.control.adoption_params import AdoptionParams
 from firmware_py.marine import Eta, Nu
+from firmware_py.params import load
 from firmware_py.records.adoption import Adopted
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import StateEstimate
@@ -22,39 +24,53 @@ from firmware_py.safety.actuators.water_speed import WaterSpeed
 from firmware_py.tick import Tick
 from firmware_py.vehicle.linear_models import diving_coefficients, steering_coefficients
 from firmware_py.vehicle.turning import yaw_axis
-from tests.unit.firmware_py.safety.actuator_bench import DT_NS, VEHICLE
+from firmware_py.vehicle.vehicle import Vehicle
+from tests.unit.firmware_py.safety.actuator_bench import CONFIG, DT_NS, VEHICLE
 
 SPEED = 1.8288
 U = 0.7 * SPEED
 """To which fins are held where no DVL is heard, m/s."""
 STILL = WaterSpeed(SPEED, 0.0, 0.0, 1e-4, 0.0, 0.0, 2.5e-3, 0.0, 2.5e-3)
+GYRO_STD = 8.7e-4
 PING = 20
 """Ticks from one ping to the next."""
 NONE, WEAK, LOST = ActuatorFault.NONE, ActuatorFault.WEAK, ActuatorFault.LOST
 UPPER = 2
+
+
+def load_vehicle(name: str) -> Vehicle:
+    return load(Vehicle, tomllib.loads((CONFIG.parent / name / "vehicle.toml").read_text()), "vehicle.toml")
+
+
+_REMUS = load_vehicle("remus100")
+SMALL = dataclasses.replace(
+    _REMUS, coefficients=dataclasses.replace(_REMUS.coefficients, N_r=2.5 * _REMUS.coefficients.N_r)
+)
+"""A hull of 1.3 m that stops turning as soon as one of 1.1 m does that was measured."""
 FILE = Adoption(AdoptionParams(), ((0.1, 0.2), (0.3, 0.4)), (), VEHICLE).last
 
 
-def knowing(share: float) -> Adopted:
+def knowing(share: float, vehicle: Vehicle = VEHICLE) -> Adopted:
     """What adoption says where rudders that do this share of what vehicle.toml says have held."""
-    file = steering_coefficients(VEHICLE)
+    file = steering_coefficients(vehicle)
     held = tuple(file._replace(Y_dr=share * file.Y_dr, N_dr=share * file.N_dr))
-    return dataclasses.replace(FILE, held_diving=tuple(diving_coefficients(VEHICLE)), held_steering=held)
+    return dataclasses.replace(FILE, held_diving=tuple(diving_coefficients(vehicle)), held_steering=held)
 
 
 class Yawing:
     """A hull that yaws under rudders that a pilot moves; `effect` is the share of what vehicle.toml says of them.
 
-    It makes the speed `u`, and hears a DVL if that is `SPEED` and not `deaf`; the pilot moves the rudder to and fro in
-    `period`, s; the propeller makes `n`, rev/s; `step` is what is added to the current across the hull, m/s.
+    It makes the speed `u`, and hears a DVL if that is `SPEED` and not `deaf`; gyros that are `late` tell of the tick
+    before; the pilot moves the rudder to and fro in `period`, s; the propeller makes `n`, rev/s; `step` is what is
+    added to the current across the hull, m/s.
     """
 
-    deaf, period, n = False, 9.0, 500.0 / 60.0
+    deaf, late, period, n = False, False, 9.0, 500.0 / 60.0
 
-    def __init__(self, effect: float, adopted: Adopted | None, u: float = U) -> None:
+    def __init__(self, effect: float, adopted: Adopted | None, u: float = U, vehicle: Vehicle = VEHICLE) -> None:
         self.u, self.current = u, 0.0
-        self.watch, self.effect, self.adopted = HullWatch(ActuatorParams(), VEHICLE), effect, adopted
-        self.axis, self.random = yaw_axis(VEHICLE), np.random.default_rng(1000)
+        self.watch, self.effect, self.adopted = HullWatch(ActuatorParams(), vehicle), effect, adopted
+        self.axis, self.random = yaw_axis(vehicle), np.random.default_rng(1000)
         self.v = self.r = self.psi = 0.0
         self.k = 0
 
@@ -62,13 +78,15 @@ class Yawing:
         damping, cross, dt = self.axis.damping, self.axis.crosswise, DT_NS * 1e-9
         for _ in range(round(seconds / dt)):
             t = self.k * dt
-            rudder = 0.15 * math.copysign(1.0, math.sin(2.0 * math.pi * t / self.period))
+            rudder = self.rudder(t)
             acts = self.effect * rudder
             a, b, c = self.axis.sway
             u, water = self.u, ()
+            before = self.r
             self.v += dt * u * (a * self.v + b * self.r + u * c * acts)
             self.r += dt * (u * damping * self.r + u * cross * self.v + u * u * self.axis.control * acts)
-            gyro = Ahrs(0.0, 0.0, 0.0, 0.0, 0.0, self.r + 8.7e-4 * self.random.standard_normal())
+            rate = before if self.late else self.r
+            gyro = Ahrs(0.0, 0.0, 0.0, 0.0, 0.0, rate + GYRO_STD * self.random.standard_normal())
             angles = tuple(Heard(angle, t, True, True) for angle in (0.0, 0.0, rudder, rudder))
             frame = dataclasses.replace(silence(4), ahrs=Heard(gyro, t, True, True), fins=angles)
             over_ground = self.v + self.current
@@ -82,6 +100,10 @@ class Yawing:
             self.watch.update(Tick(self.k, DT_NS), frame, applied, state, water, self.adopted)
             self.k += 1
         return self.watch.fault(UPPER)
+
+    def rudder(self, t: float) -> float:
+        """Return where the pilot has the rudder, rad."""
+        return 0.15 * math.copysign(1.0, math.sin(2.0 * math.pi * t / self.period))
 
     def step(self, current: float) -> None:
         """Let the current across the hull be so much more, m/s; the hull goes on over the ground."""
@@ -129,6 +151,41 @@ def test_an_axis_is_judged_by_what_held_as_soon_as_that_is_proven_whatever_is_kn
         assert hull.run(30.0) is NONE
         hull.effect = 0.3
         assert hull.run(5.0) is named
+
+
+class Swinging(Yawing):
+    """A small hull whose rudders swing by `swing`, rad, as a law makes them for which servos are too slow."""
+
+    late, n, swing = True, SPEED * SMALL.propeller.n_trim / SMALL.propeller.u_trim, math.radians(1.0)
+
+    def __init__(self, period: float) -> None:
+        super().__init__(1.0, knowing(1.0, SMALL), SPEED, SMALL)
+        self.period = period
+
+    def rudder(self, t: float) -> float:
+        return self.swing * math.sin(2.0 * math.pi * t / self.period)
+
+
+@pytest.mark.parametrize("period", [0.4, 0.5, 0.6])
+def test_rudders_that_swing_fast_are_sound_and_half_of_them_is_found_in_seconds(period: float) -> None:
+    """They were called weak: an angle counted 40 ms too soon."""
+    hull = Swinging(period)
+    assert hull.run(60.0) is NONE
+    hull.effect = 0.5
+    assert hull.run(3.0) is WEAK
+
+
+def test_a_fin_of_an_x_tail_counts_a_whole_step_later_in_pitch_and_in_yaw() -> None:
+    """The watch of one axis took the angle that the other one had found half a step before."""
+    params, told = ActuatorParams(), Applied((0.0,) * 4, 10.0, True, False)
+    watch = HullWatch(params, load_vehicle("torpedo_x"))
+    state = StateEstimate(
+        Eta(0.0, 0.0, 10.0, 0.0, 0.0, 0.0), Nu(*[0.0] * 6), 0.0, 0.0, 0.0, 30.0, True, True, True, False
+    )
+    for k in range(9):
+        fins = tuple([Heard(0.01 * k, k * DT_NS * 1e-9, True, True)] * 4)
+        watch.update(Tick(k, DT_NS), dataclasses.replace(silence(4), fins=fins), told, state, ())
+    assert [last for _, last in watch.freeze().angles] == [(0.08,) * 4, (0.06,) * 4]  # of ticks 8 and 6
 
 
 def test_rudders_are_not_judged_in_the_race_of_a_propeller_that_goes_astern() -> None:
