@@ -134,6 +134,14 @@ def stationary_gains(walk: float, dt: float) -> tuple[float, float]:
     return gain, gain_d
 
 
+def damped_share(damping: float, dt: float) -> float:
+    """Return the share of a moment that damping, 1/s, leaves over a step of `dt`, s.
+
+    `follow` goes on with what there is when a step begins; given this share of damping and moments it is exact.
+    """
+    return math.expm1(damping * dt) / (damping * dt) if damping else 1.0
+
+
 def follow(
     follower: Follower, gains: tuple[float, float], rate: float, damping: float, known: float, dt: float
 ) -> tuple[float, Follower]:

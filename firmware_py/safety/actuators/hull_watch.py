@@ -25,7 +25,7 @@ from firmware_py.vehicle.linear_models import (
     diving_coefficients,
     steering_coefficients,
 )
-from firmware_py.vehicle.turning import heaved_axis, pitch_axis, yaw_axis
+from firmware_py.vehicle.turning import damped_share, heaved_axis, pitch_axis, yaw_axis
 from firmware_py.vehicle.vehicle import Vehicle
 
 _CRUISE = 1.8
@@ -268,13 +268,14 @@ class HullWatch:
                 one.pause()
             return self._fault(axis) is not was
         self._speeds[axis] = u
-        rate, fins = total / count, u * u * angles
+        share = damped_share(u * model.damping, PERIOD)  # 0.98 for a hull of 5.3 m, 0.87 for one of 1.1 m
+        rate, damping, force = total / count, share * u * model.damping, share * u * u
         restoring = model.restoring * math.sin(state.eta.theta)
-        hull = u * cross * model.crosswise + restoring
+        fins, hull = force * angles, share * (u * cross * model.crosswise + restoring)
         steady = not (axis and (self._flow.changes or state.sensors.dvl.fault is SourceFault.CURRENT))
         alone = stuck.stuck[0] < 0  # else the angle of the one that stays is not known well enough to judge the others
         if alone:
-            watch.update(rate, u * model.damping, hull, fins, over, u / _CRUISE, steady, bool(water))
+            watch.update(rate, damping, hull, fins, over, u / _CRUISE, steady, bool(water))
         else:
             watch.pause()
             left.pause()
@@ -287,12 +288,12 @@ class HullWatch:
             if axis == 0:
                 (a, b, c), v = self._heaved.turning, self._flow.memory.velocities[1]
                 restoring += a * nu.r * nu.r + b * v * nu.r + c * v * v
-            hull = u * cross * model.crosswise + restoring
+            hull = share * (u * cross * model.crosswise + restoring)
             if alone:
-                left.update(rate, u * model.damping, hull, fins, steady, bool(water))
+                left.update(rate, damping, hull, fins, steady, bool(water))
             if not mute:
                 stuck.pause()
-            elif stuck.update(rate, u * model.damping, hull, [u * u * unit for unit in units], told, mute):
+            elif stuck.update(rate, damping, hull, [force * unit for unit in units], told, mute):
                 watch.begin(_HELD_STD, ActuatorFault.NONE)
                 left.begin(1.0)
                 return True

@@ -188,6 +188,14 @@ def test_a_fin_of_an_x_tail_counts_a_whole_step_later_in_pitch_and_in_yaw() -> N
     assert [last for _, last in watch.freeze().angles] == [(0.08,) * 4, (0.06,) * 4]  # of ticks 8 and 6
 
 
+def test_what_they_make_of_the_hull_is_known_but_for_the_noise_of_the_gyros() -> None:
+    """Damping takes 13 % of a moment within a step."""
+    hull = Swinging(0.6)
+    hull.swing = math.radians(3.0)
+    assert hull.run(20.0) is NONE
+    assert hull.watch.freeze().left[1].variance < 1.5 * GYRO_STD**2 / 4.0  # the mean of four
+
+
 def test_rudders_are_not_judged_in_the_race_of_a_propeller_that_goes_astern() -> None:
     """Reverse takes the way off sooner than a modelled speed may follow: sound rudders were called lost."""
     hull = Yawing(1.0, knowing(1.0), SPEED)

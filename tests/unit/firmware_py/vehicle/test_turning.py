@@ -7,7 +7,7 @@ import pytest
 from sternplane.study.setups import vehicle
 
 from firmware_py.vehicle.linear_models import diving_coefficients, diving_model, steering_model
-from firmware_py.vehicle.turning import GYRO_STD, pitch_axis, stationary_gains, yaw_axis
+from firmware_py.vehicle.turning import GYRO_STD, damped_share, follow, pitch_axis, stationary_gains, yaw_axis
 
 VEHICLE = vehicle()
 
@@ -58,3 +58,14 @@ def test_the_filter_that_follows_a_turn_is_the_best_one() -> None:
     gain, gain_d = stationary_gains(walk, dt)
     best = innovation(gain, gain_d)
     assert all(best < innovation(a * gain, b * gain_d) for a, b in ((0.8, 1.0), (1.2, 1.0), (1.0, 0.7), (1.0, 1.4)))
+
+
+@pytest.mark.parametrize("damping", [-8.0, -0.5, 0.0])
+def test_with_the_damped_share_a_prediction_is_exact_for_a_moment_that_is_held(damping: float) -> None:
+    rate, moment, dt, parts = 0.02, 0.3, 0.04, 10000
+    exact = rate
+    for _ in range(parts):
+        exact += dt / parts * (damping * exact + moment)
+    share = damped_share(damping, dt)
+    _, (predicted, _) = follow((rate, 0.0), (0.0, 0.0), 0.0, share * damping, share * moment, dt)
+    assert predicted == pytest.approx(exact, rel=1e-4)
