@@ -121,7 +121,7 @@ class LineOfSight:
         across = way.across + params.lead * (u * math.sin(off) + state.nu.v * math.cos(off))
         course = way.course - math.atan(across / params.look_ahead)
         if params.crab_time > 0.0 and u > params.u_min:
-            through = _through_water(state)
+            through = state.through_water if state.water_std <= _KNOWN else 0.0
             if through > params.u_min:
                 north, east = state.water
                 drift = east * math.cos(course) - north * math.sin(course)
@@ -143,10 +143,3 @@ class LineOfSight:
         """Restore the memory that `freeze` returned."""
         self._memory = memory
 
-
-def _through_water(state: StateEstimate) -> float:
-    """Return the speed ahead through the water, m/s; 0 where the water's velocity is not known."""
-    north, east = state.water
-    if not state.water_std <= _KNOWN:
-        return 0.0
-    return state.nu.u - (north * math.cos(state.eta.psi) + east * math.sin(state.eta.psi)) * math.cos(state.eta.theta)

@@ -109,6 +109,15 @@ class StateEstimate:
     learned: Learned = NOTHING_LEARNED
 
     @property
+    def through_water(self) -> float:
+        """Return the speed ahead through the water, m/s, by which fins act; over the ground where no water is known."""
+        north, east = self.water
+        if north != north:
+            return self.nu.u
+        _, _, _, _, theta, psi = self.eta
+        return self.nu.u - (north * math.cos(psi) + east * math.sin(psi)) * math.cos(theta)
+
+    @property
     def z_dot(self) -> float:
         """Return the vertical velocity, m/s, down positive (Fossen 2011, third row of Eq. 2.18); NaN: unknown."""
         _, _, _, phi, theta, _ = self.eta

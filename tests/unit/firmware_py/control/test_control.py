@@ -106,6 +106,21 @@ def test_a_vehicle_that_sinks_on_a_level_keel_is_steered_bow_up(params: ControlP
 
 
 @every_law
+def test_fins_answer_by_the_speed_through_the_water(params: ControlParams) -> None:
+    """Against a current of 0.8 m/s the gains by the speed over the ground are those of another vehicle."""
+
+    def answer(u: float, water: tuple[float, float]) -> tuple[float, float]:
+        at = dataclasses.replace(state(u=u, z=9.9, q=0.01, r=0.01), water=water, water_std=0.05)
+        demand = hold(Control(params, VEHICLE), at)
+        return demand.delta_s, demand.delta_r
+
+    nothing = (math.nan, math.nan)
+    assert answer(1.0288, (-0.8, 0.0)) == pytest.approx(answer(1.8288, nothing), rel=1e-9)
+    if params.gains is not GainSet.PAPER:
+        assert answer(1.0288, nothing) != pytest.approx(answer(1.8288, nothing), rel=0.1)
+
+
+@every_law
 def test_heading_error_takes_the_short_way(params: ControlParams) -> None:
     near_pi = dataclasses.replace(REFERENCE, psi_d=math.pi - 0.02)
     across = hold(Control(params, VEHICLE), state(psi=-math.pi + 0.02), near_pi).delta_r
