@@ -1,9 +1,9 @@
 """The weights of the filters of the bank, compiled: probabilities by Bayes' rule (Magill 1965), and their mean.
 
-Of a sea between two intensities of the bank no filter is right, and Bayes' rule takes the less wrong one for certain. Where
-the water moves the hull more than its fins do, a filter that takes eddies for 2/3 of what they are finds coefficients 3/2 of
-what they are, and is sure of both. So what the bank believes (`combine`) is shared between the most likely filter and that
-beside it, as near as each is to where a parabola through three log-likelihoods peaks.
+Of a sea between two intensities of the bank no filter is right, and Bayes' rule takes the less wrong one for certain.
+Where the water moves the hull more than its fins do, a filter that takes eddies for 2/3 of what they are finds
+coefficients 3/2 of what they are, and is sure of both. So what the bank believes (`combine`) is shared between the most
+likely filter and that beside it, as near as each is to where a parabola through three log-likelihoods peaks.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from firmware_py.estimation.model.state import PHI, PSI
 REPLACED_BELOW = 100.0
 """A filter so far behind the most likely in log-likelihood is replaced by its copy, half as far behind."""
 NEIGHBOUR_REPLACED_BELOW = 400.0
-"""The same for the two beside the most likely one: in a sea at its intensity these are some 150 to 400 behind, and in one
-between two the second of them some 10 to 120."""
+"""The same for the two beside the most likely one: in a sea at its intensity these are some 150 to 400 behind, and in
+one between two the second of them some 10 to 120."""
 
 
 @kernel()
