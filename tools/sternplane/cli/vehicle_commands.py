@@ -41,7 +41,13 @@ def _add_import(ways: Any, lazily: Lazily) -> None:
     bring.add_argument("--tail", choices=("plus", "x"), help="how four fins sit [plus]")
     bring.add_argument("--propeller", type=Path, metavar="FILE", help="K_T and K_Q over J, a .csv [of the table]")
     bring.add_argument("--symmetric", action="store_true", help="take what one plane lacks from the other")
-    bring.add_argument("--coriolis", action="store_true", help="take the turning of added mass from added mass")
+    bring.add_argument(
+        "--coriolis",
+        nargs="?",
+        const="true",
+        choices=("true", "full"),
+        help="take the turning of added mass from added mass; full: all of C_A(nu), the Munk moment too",
+    )
     bring.set_defaults(run=lazily("sternplane.vehicles.import_command", kernels=("sim_bridge",)))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -11,6 +12,7 @@ import numpy as np
 from firmware_py.records.manoeuvrability import Manoeuvrability
 from firmware_py.vehicle.manoeuvrability import ManoeuvrabilityModel
 from sim_bridge.plant.plant import PlantError
+from sternplane.vehicles import munk_moment
 from sternplane.vehicles.finding import Finding, Grade, graded
 from sternplane.vehicles.limits import Files, contradictions, top_shaft
 from sternplane.vehicles.stability import Poles, doubling_time, poles_over, righting
@@ -109,6 +111,7 @@ def _stability(files: Files, poles: Sequence[Poles]) -> Iterator[Finding]:
         if not value < 0.0:
             said = "left out" if value == 0.0 else f"{value:g}"
             yield Finding("damping", Grade.WARN, f"{damping} is {said}: nothing damps that motion but the laws")
+    yield from munk_moment.judged(dataclasses.asdict(c))
     for force, moment_, side in (("Z_ds", "M_ds", 1.0), ("Y_dr", "N_dr", -1.0)):
         if getattr(c, force) * getattr(c, moment_) * side < 0.0:
             said = "at the stern both lift it, or both push it aside: check the signs of the table"

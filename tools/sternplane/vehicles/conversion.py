@@ -182,10 +182,10 @@ def _placed(made: Converted, name: str, shown: str, full: Term, value: float, re
     if ours is None:
         said = f"the model has no {'odd ' if odd else ''}term {' '.join(full.factors)} in {full.axis}"
         return Became(name, shown, "", said)
-    return Became(name, shown, _added(made, ours, value), remark)
+    return Became(name, shown, added(made, ours, value), remark)
 
 
-def _added(made: Converted, ours: str, value: float) -> str:
+def added(made: Converted, ours: str, value: float) -> str:
     """Add a value to a coefficient; return that in words."""
     said = f"{ours} {'+=' if ours in made.coefficients else '='} {value:.4g}"
     made.coefficients[ours] = made.coefficients.get(ours, 0.0) + value
@@ -222,7 +222,7 @@ def _linearise(made: Converted, squares: list[tuple[Entry, Term, float, str]], h
         linear = left * _EQUIVALENT * a
         taken = "; cross-flow drag has the rest" if left != value else ""
         said = f"made linear at {said}, {U:g} m/s{taken}"
-        made.rows.append(Became(entry.name, f"{entry.value:g}", _added(made, ours, linear), said))
+        made.rows.append(Became(entry.name, f"{entry.value:g}", added(made, ours, linear), said))
 
 
 def _amplitude(factor: str, hull: Particulars) -> tuple[float, str]:

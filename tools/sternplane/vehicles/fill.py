@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
-from sternplane.vehicles.conversion import Became, Converted
+from firmware_py.params import ParamError
+from sternplane.vehicles.conversion import Became, Converted, added
+from sternplane.vehicles.munk_moment import MUNK, munk_moments
 from sternplane.vehicles.particulars import Particulars
 
+_NONE = 1e-12
+"""What rounding leaves of two that are equal."""
 _CROSS_FLOW, _ROLL_DAMPING = 1.0, 0.3
 
 _MIRRORED = (
@@ -34,12 +39,27 @@ _CORIOLIS = (
     ("Y_pq", (("Z_qdot", -1.0),)),
     ("Z_vp", (("Y_vdot", 1.0),)),
     ("Z_pr", (("Y_rdot", 1.0),)),
+    ("K_vw", (("Z_wdot", 1.0), ("Y_vdot", -1.0))),
+    ("K_qr", (("N_rdot", 1.0), ("M_qdot", -1.0))),
+    ("K_vq", (("Z_qdot", 1.0), ("Y_rdot", 1.0))),
+    ("K_wr", (("Y_rdot", -1.0), ("Z_qdot", -1.0))),
     ("M_vp", (("Y_rdot", -1.0),)),
     ("M_pr", (("K_pdot", 1.0), ("N_rdot", -1.0))),
     ("N_wp", (("Z_qdot", 1.0),)),
     ("N_pq", (("K_pdot", -1.0), ("M_qdot", 1.0))),
 )
 """Terms of -C_A(nu) nu without u (Fossen 2011, Eq. 6.43): those with u are in what is measured as Y_v, M_w, N_r..."""
+_LINEAR = (
+    *MUNK.items(),
+    ("Y_r", (("X_udot", 1.0),)),
+    ("Z_q", (("X_udot", -1.0),)),
+    ("N_r", (("Y_rdot", 1.0),)),
+    ("M_q", (("Z_qdot", -1.0),)),
+    ("N_p", (("Y_pdot", 1.0),)),
+)
+"""Terms of -C_A(nu) nu with u: a table that has damping and lift, and computes C_A, does not have them."""
+TURNING, FULL, NO = "true", "full", "false"
+"""What `coriolis` may be: terms of C_A without u; all of C_A; none."""
 
 
 def symmetric(made: Converted) -> None:
@@ -56,21 +76,62 @@ def symmetric(made: Converted) -> None:
             made.rows.append(Became("", "", f"{missing} = {made.drag[given]:.4g}", f"by symmetry, from {given}"))
 
 
-def coriolis(made: Converted, fill: bool) -> None:
-    """Take what is missing of the turning of added mass from added mass; tell what is missing if not to `fill`."""
+def coriolis(made: Converted, how: str, where: str) -> None:
+    """Take the turning of added mass from added mass, as far as `how` says; tell what is not taken.
+
+    Args:
+        made: what the table has; terms of C_A that it has itself stay, but those with u add to lift and damping.
+        how: `TURNING`, `FULL` or `NO`.
+        where: the file.
+
+    Raises:
+        ParamError: all of C_A is wanted, and there is no added mass.
+    """
     absent = []
+    if how == FULL and not any(made.coefficients.get(name) for name in ("Y_vdot", "Z_wdot")):
+        raise ParamError(f'{where}: coriolis = "full" takes C_A from added mass: write Xudot, Yvdot, Zwdot, ...')
     for name, parts in _CORIOLIS:
         value = sum(sign * made.coefficients.get(given, 0.0) for given, sign in parts)
-        if name in made.coefficients or not value:
+        if name in made.coefficients or abs(value) < _NONE:
             continue
         absent.append(name)
-        if fill:
+        if how != NO:
             made.coefficients[name] = value
-            given = ", ".join(part for part, _ in parts)
-            made.rows.append(Became("", "", f"{name} = {value:.4g}", f"turning of added mass, from {given}"))
-    if absent and not fill:
+            made.rows.append(
+                Became("", "", f"{name} = {value:.4g}", f"turning of added mass, from {_names(made, parts)}")
+            )
+    if absent and how == NO:
         why = "not in the table; coriolis = true takes them from added mass"
         made.rows.append(Became("", "", "0", f"{', '.join(absent)}: {why}"))
+    if how == FULL:
+        _add_linear(made)
+    else:
+        _tell_munk(made)
+
+
+def _add_linear(made: Converted) -> None:
+    for name, parts in _LINEAR:
+        value = sum(sign * made.coefficients.get(given, 0.0) for given, sign in parts)
+        if abs(value) > _NONE:
+            before = made.coefficients.get(name, 0.0)
+            what = "Munk moment" if name in MUNK else "C_A with u"
+            total = f", together {before + value:.4g}" if before else ""
+            said = f"{what}, from {_names(made, parts)}{total}"
+            made.rows.append(Became("", "", added(made, name, value), said))
+
+
+def _tell_munk(made: Converted) -> None:
+    """Say that N_v and M_w are taken for all of the moment, and what part of it added mass would be."""
+    known = {name: munk for name, munk in munk_moments(made.coefficients).items() if name in made.coefficients}
+    if known:
+        alone = ", ".join(f"{name} = {munk:.4g}" for name, munk in known.items())
+        said = f"of the table are taken as total; added mass alone would give {alone}"
+        hint = 'coriolis = "full" adds it, where the table\'s C_A is computed'
+        made.rows.append(Became("", "", ", ".join(known), f"{said}; {hint}"))
+
+
+def _names(made: Converted, parts: Iterable[tuple[str, float]]) -> str:
+    return ", ".join(name for name, _ in parts if made.coefficients.get(name))
 
 
 def assume_damping(made: Converted, hull: Particulars) -> None:

@@ -20,7 +20,7 @@ from sternplane.identification.vehicle_file import text_of
 from sternplane.vehicles import starting_set
 from sternplane.vehicles.conversion import Became, Converted, convert, needed
 from sternplane.vehicles.derivative_table import read_entries, read_lists
-from sternplane.vehicles.fill import assume_damping, coriolis, symmetric
+from sternplane.vehicles.fill import NO, assume_damping, coriolis, symmetric
 from sternplane.vehicles.particulars import Particulars, read_particulars
 from sternplane.vehicles.propeller_curves import PropellerFit, errors_text, fit_propeller, open_water
 from sternplane.vehicles.tails import PLUS, TAILS, centres
@@ -83,7 +83,7 @@ def _overrides(options: argparse.Namespace) -> dict[str, Any]:
             ("tail", options.tail),
             ("speed_m_s", options.speed),
             ("symmetric", options.symmetric or None),
-            ("coriolis", options.coriolis or None),
+            ("coriolis", options.coriolis),
         )
         if value is not None
     }
@@ -110,7 +110,7 @@ def import_table(path: Path, curves: Path | None = None, over: Mapping[str, Any]
     made = convert(rest, hull)
     if hull.switches.get("symmetric"):
         symmetric(made)
-    coriolis(made, fill=hull.switches.get("coriolis", False))
+    coriolis(made, hull.texts.get("coriolis", NO), str(path))
     needed(made, _NEEDED, str(path))
     assume_damping(made, hull)
     tail = hull.texts.get("tail", PLUS)

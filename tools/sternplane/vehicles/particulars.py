@@ -53,8 +53,9 @@ KNOWN: dict[str, Known] = {
     **{f"amplitude_{a}_deg_s": Known(f"amplitude_{a}") for a in "pqr"},
 }
 _CALLED = {alias: key for key, known in KNOWN.items() for alias in (key, *known.aliases.split())}
-_TEXTS = ("name", "source", "form", "tail")
-_SWITCHES = ("symmetric", "coriolis", "left_handed")
+_TEXTS = ("name", "source", "form", "tail", "coriolis")
+_CHOICES = {"form": ("dimensional", "prime"), "tail": ("plus", "x"), "coriolis": ("false", "true", "full")}
+_SWITCHES = ("symmetric", "left_handed")
 
 
 @dataclass
@@ -63,8 +64,8 @@ class Particulars:
 
     Attributes:
         values: by our key, SI; angles and rates in the unit of the key.
-        texts: name, source, form ("dimensional" or "prime"), tail ("plus" or "x").
-        switches: symmetric, coriolis, left_handed.
+        texts: name, source, form ("dimensional" or "prime"), tail ("plus" or "x"), coriolis ("false", "true", "full").
+        switches: symmetric, left_handed.
         assumed: a sentence for each number that the table does not have.
         where: the file.
     """
@@ -86,7 +87,7 @@ class Particulars:
         name, value = entry.name, entry.value
         self._refuse_twice(name)
         if name.lower() in _TEXTS:
-            self.texts[name.lower()] = str(value)
+            self.texts[name.lower()] = str(value).lower() if name.lower() == "coriolis" else str(value)
             return True
         if name.lower() in _SWITCHES:
             if isinstance(value, str) and value.lower() not in ("true", "false"):
@@ -195,7 +196,7 @@ def read_particulars(entries: Iterable[Entry], where: str) -> tuple[Particulars,
     """
     found = Particulars(where)
     rest = tuple([entry for entry in entries if not found.take(entry)])
-    for text, choices in (("form", ("dimensional", "prime")), ("tail", ("plus", "x"))):
+    for text, choices in _CHOICES.items():
         if found.texts.get(text, choices[0]) not in choices:
             raise ParamError(f"{where}: {text} = {quoted(found.texts[text])}: must be {' or '.join(choices)}")
     return found, rest
