@@ -219,6 +219,16 @@ def test_the_worst_leave_their_logs_and_a_page_says_what_goes_with_failures(here
     assert 'src="http' not in page
 
 
+def test_a_column_that_there_is_not_ends_the_sweep_after_its_first_flight(here: Path) -> None:
+    done = called(*WORDS, "--out", "slip", "--judge", "path_eror_rms_m", cwd=here)
+    assert done.returncode == 2
+    assert "--judge path_eror_rms_m: no flight has such a number; did you mean " in done.stderr.splitlines()[-1]
+    assert len(rows(here / "slip")) == 1
+    again = called("sweep", "--out", "slip", "--judge", "depth_error", cwd=here)
+    assert again.returncode == 2
+    assert len(rows(here / "slip")) == 1
+
+
 def test_a_flight_that_no_process_survives_is_a_row_with_an_error(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     class Deadly(Here):
         def results(self, work, jobs):

@@ -5,17 +5,20 @@ from __future__ import annotations
 import json
 import math
 import random
+from contextlib import redirect_stdout
+from io import StringIO
 
 import numpy as np
 import pytest
 from sternplane.campaign.files import write
+from sternplane.cli.main import main
 from sternplane.sitl.flight import FlightRequest, prepare
 from sternplane.sweep.axes import Axis, axis_of, parse_axis
 from sternplane.sweep.explain import associations, chance_bound, parts, ranks, spearman, success_interval
 from sternplane.sweep.plan import LAW, Flights, Plan, laws_of, read_plan, refuse_other
 from sternplane.sweep.sampling import grid, latin_hypercube
 from sternplane.sweep.table import parquet
-from sternplane.sweep.worst import judged_by, outcome_text, worst
+from sternplane.sweep.worst import USEFUL, judged_by, outcome_text, refuse_unknown, worst
 
 from firmware_py.params import ParamError
 from firmware_py.run.usage_error import UsageError
@@ -201,8 +204,34 @@ def test_errors_are_the_worst_then_failures_then_the_greatest_figure() -> None:
     assert [one["flight"] for one in worst(rows, judge, 6)] == [3, 5, 1, 2, 4, 0]
     assert [one["flight"] for one in worst(rows, judge, 1)] == [3, 5]
     assert outcome_text(rows[2]) == "came up: leak"
-    with pytest.raises(UsageError, match="--judge depth: no flight has such a number; there are path_error_rms_m"):
+    with pytest.raises(UsageError, match="--judge depth: no flight has such a number; such as path_error_rms_m; "):
         judged_by(rows, "depth")
+
+
+@pytest.mark.parametrize("wanted", [None, "path_error_rms_m", "navigation_error_max_m", "adoption.laws.depth.rms"])
+def test_a_column_that_another_flight_may_have_is_waited_for(wanted: str | None) -> None:
+    refuse_unknown([row(0, path_error_rms_m=9.0, navigation_error_max_m=None, adoption=None)], wanted)
+    refuse_unknown([row(0, error="ParamError: x")], "any")
+
+
+@pytest.mark.parametrize(
+    ("wanted", "said"),
+    [
+        ("path_eror_rms", r"did you mean path_error_rms_m\?"),
+        ("reason", "no flight has such a number"),
+        ("limits.dive.typo", "no flight has such a number"),
+        ("path_error_rms_m.worst", r"did you mean path_error_rms_m\?"),
+    ],
+)
+def test_a_column_that_no_flight_can_have_is_refused_with_what_is_meant(wanted: str, said: str) -> None:
+    with pytest.raises(UsageError, match=f"^--judge {wanted}: .*{said}"):
+        refuse_unknown([row(0, path_error_rms_m=9.0, reason="aground")], wanted)
+
+
+def test_the_help_names_the_columns_that_people_judge_by() -> None:
+    with redirect_stdout(StringIO()) as said, pytest.raises(SystemExit):
+        main(["sweep", "--help"])
+    assert [name for name in USEFUL if name not in said.getvalue()] == []
 
 
 def test_ranks_share_the_places_of_equals() -> None:

@@ -11,6 +11,9 @@ from sternplane.cli.hardware_commands import Lazily
 from sternplane.cli.plain_errors import whole_number
 
 _VALUES = "VALUES: ±20% (or +-20%) and ±0.1 about what flies otherwise, 0..0.3, log:0.01..1, or a,b,c"
+_COLUMNS = """COLUMN: any number of flights.parquet, such as path_error_rms_m, path_error_max_m,
+depth_tracking_error_rms_m, heading_tracking_error_rms_deg, depth_estimate_error_max_m, navigation_error_end_m,
+navigation_error_max_m, fin_travel_deg_s, vehicle_time_s, overshoot_first_deg, turning_diameter_m, learned.mean_square_error_sigmas"""
 
 
 def add_sweep(commands: Any, lazily: Lazily, files: str) -> None:
@@ -21,7 +24,7 @@ def add_sweep(commands: Any, lazily: Lazily, files: str) -> None:
         description="Flies a scenario with varied values on all cores or on a cluster, and leaves flights.parquet (a "
         "row for each flight), report.html, and the worst flights with their logs. A second start with the same --out "
         "goes on where the first was broken off; there --out alone is enough.",
-        epilog=f"{_VALUES}.\n\nexamples:\n"
+        epilog=f"{_VALUES}.\n\n{_COLUMNS}\n\nexamples:\n"
         "  sternplane sweep --scenario zigzag --n 1000 --vary vehicle.M_q=±20% --vary truth.current=0..0.3 \\\n"
         "      --law sliding,pid --out runs/sweep\n"
         "  sternplane sweep --grid 5 --vary autopilot.depth.bandwidth=±50% --vary truth.turbulence=0,0.05,0.1\n"
@@ -61,7 +64,7 @@ def add_sweep(commands: Any, lazily: Lazily, files: str) -> None:
     sweep.add_argument(
         "--worst", type=whole_number, default=5, metavar="N", help="so many of the worst leave their logs [5]"
     )
-    sweep.add_argument("--judge", metavar="COLUMN", help="what the worst are judged by, the greater the worse")
+    sweep.add_argument("--judge", metavar="COLUMN", help="what the worst are judged by, the more the worse; see below")
     sweep.add_argument(
         "--keep-logs", action="store_true", help="every flight leaves its log in DIR/logs; not with --dask"
     )

@@ -27,7 +27,7 @@ from sternplane.sweep.plan import Flights, read_plan
 from sternplane.sweep.planning import PLAN, planned
 from sternplane.sweep.table import FILE as TABLE
 from sternplane.sweep.table import parquet
-from sternplane.sweep.worst import Row, judged_by, worst
+from sternplane.sweep.worst import Row, judged_by, refuse_unknown, worst
 
 WORST, LOGS, AGAIN = "worst", "logs", "again"
 
@@ -48,9 +48,11 @@ def command(options: argparse.Namespace) -> int:
     began = time.monotonic()
     try:
         files = inputs.read_inputs(folder)
+        refuse_unknown(list(store.rows()), options.judge)
         missing = [k for k in range(len(flights)) if str(k) not in store.keys]
         with _crew(options, len(missing), console) as crew:
-            _fly(flights, missing, files, store, folder / LOGS if options.keep_logs else None, crew, console)
+            logs = folder / LOGS if options.keep_logs else None
+            _fly(flights, missing, files, store, logs, crew, console, options.judge)
         rows = sorted(store.rows(), key=lambda row: int(row["flight"]))
     finally:
         store.close()
@@ -85,12 +87,17 @@ def _fly(
     logs: Path | None,
     crew: Crew,
     console: Console,
+    judge: str | None,
 ) -> None:
     def arguments(flight: int) -> tuple[Any, ...]:
         return flights.job(flight), files, str(logs / f"{flight:06d}.mcap") if logs else None
 
     def take(_: int, row: dict[str, Any]) -> None:
+        nonlocal judge
         store.add(row)
+        if not row["error"]:
+            refuse_unknown([row], judge)  # a slip of the pen must not cost the hours of all flights
+            judge = None
         if row["error"]:
             console.print(f"flight {row['flight']}: {row['error']}", markup=False)
 
