@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import random
+import re
 from contextlib import redirect_stdout
 from io import StringIO
 
@@ -13,8 +14,10 @@ import pytest
 from sternplane.campaign.files import write
 from sternplane.cli.main import main
 from sternplane.sitl.flight import FlightRequest, prepare
+from sternplane.sweep.accused import accused, text_of
 from sternplane.sweep.axes import Axis, axis_of, parse_axis
 from sternplane.sweep.explain import associations, chance_bound, parts, ranks, spearman, success_interval
+from sternplane.sweep.page import page
 from sternplane.sweep.plan import LAW, Flights, Plan, laws_of, read_plan, refuse_other
 from sternplane.sweep.sampling import grid, latin_hypercube
 from sternplane.sweep.table import parquet
@@ -226,6 +229,32 @@ def test_a_column_that_another_flight_may_have_is_waited_for(wanted: str | None)
 def test_a_column_that_no_flight_can_have_is_refused_with_what_is_meant(wanted: str, said: str) -> None:
     with pytest.raises(UsageError, match=f"^--judge {wanted}: .*{said}"):
         refuse_unknown([row(0, path_error_rms_m=9.0, reason="aground")], wanted)
+
+
+def test_what_flights_said_to_be_at_fault_is_told_by_flight() -> None:
+    rows = [
+        row(0, **{"health.actuators.rudder_upper.faulty_s": 3.0, "found": "depth over the limit"}),
+        row(1, **{"health.sensors.pressure.1.suspect_s": 0.0, "health.sensors.pressure.1.lost_s": 0.4}),
+        row(2, **{"health.actuators.rudder_upper.faulty_s": 1.0, "health.actuators.propeller.faulty_s": None}),
+        row(3, False, "ParamError: x"),
+    ]
+    assert [text_of(one) for one in accused(rows)] == [
+        "said to be damaged: rudder_upper in 2 flights (0, 2)",
+        "not believed: pressure.1 in 1 flight (1)",
+        "found by the rules: depth over the limit in 1 flight (0)",
+    ]
+    assert accused([row(0)]) == []
+
+
+def test_the_page_says_in_how_many_flights_an_actuator_was_said_to_be_damaged(tmp_path) -> None:
+    flights = Flights(plan(laws=()), "pid")
+    rows = [row(k, law="pid", seed=k, **flights.job(k).values) for k in range(5)]
+    assert "Said to be at fault" not in page(flights, rows, "", {}, tmp_path, 1)
+    rows[3]["health.actuators.rudder_upper.faulty_s"] = rows[4]["health.actuators.propeller.faulty_s"] = 2.0
+    text = page(flights, rows, "", {}, tmp_path, 1)
+    assert "Said to be at fault" in text
+    assert "rudder_upper" in text
+    assert re.search(r"with an actuator said to be damaged<[^0-9]*>2<", text)
 
 
 def test_the_help_names_the_columns_that_people_judge_by() -> None:

@@ -13,7 +13,8 @@ from sternplane.cli.plain_errors import whole_number
 _VALUES = "VALUES: ±20% (or +-20%) and ±0.1 about what flies otherwise, 0..0.3, log:0.01..1, or a,b,c"
 _COLUMNS = """COLUMN: any number of flights.parquet, such as path_error_rms_m, path_error_max_m,
 depth_tracking_error_rms_m, heading_tracking_error_rms_deg, depth_estimate_error_max_m, navigation_error_end_m,
-navigation_error_max_m, fin_travel_deg_s, vehicle_time_s, overshoot_first_deg, turning_diameter_m, learned.mean_square_error_sigmas"""
+navigation_error_max_m, fin_travel_deg_s, vehicle_time_s, overshoot_first_deg, turning_diameter_m,
+learned.mean_square_error_sigmas"""
 
 
 def add_sweep(commands: Any, lazily: Lazily, files: str) -> None:

@@ -22,6 +22,7 @@ from sternplane.campaign.line_store import LineStore
 from sternplane.cli.extras import require, require_report
 from sternplane.plain_console import PlainConsole
 from sternplane.sweep import inputs
+from sternplane.sweep.accused import accused, text_of
 from sternplane.sweep.flight import SCENARIO_FILE, died_row, fly_row
 from sternplane.sweep.plan import Flights, read_plan
 from sternplane.sweep.planning import PLAN, planned
@@ -30,6 +31,8 @@ from sternplane.sweep.table import parquet
 from sternplane.sweep.worst import Row, judged_by, refuse_unknown, worst
 
 WORST, LOGS, AGAIN = "worst", "logs", "again"
+_MOST_ACCUSED = 8
+"""So many lines tell what was said to be at fault."""
 
 
 def command(options: argparse.Namespace) -> int:
@@ -157,6 +160,11 @@ def _report(flights: Flights, rows: Sequence[Row], judge: str, folder: Path, opt
     for law in flights.laws:
         own = [row for row in rows if row["law"] == law]
         console.print(f"  {law}: {sum(bool(row['completed']) for row in own)} of {len(own)} completed")
+    told = accused(rows)
+    for one in told[:_MOST_ACCUSED]:
+        console.print(f"  {text_of(one)}", markup=False)
+    if len(told) > _MOST_ACCUSED:
+        console.print(f"  and {len(told) - _MOST_ACCUSED} more: see the report")
     left = [folder / TABLE]
     if not options.no_report:
         from sternplane.sweep.page import page

@@ -12,6 +12,7 @@ from typing import Any
 
 from firmware_py.error_text import one_line
 from firmware_py.run.usage_error import UsageError
+from sternplane.sweep.accused import FOUND
 from sternplane.sweep.plan import Job
 
 SCENARIO_FILE = "scenario.toml"
@@ -105,7 +106,8 @@ def _flown(job: Job, folder: Path, keep: str | None) -> dict[str, Any]:
         part = place.with_name(f"{place.name}.part")
         part.write_bytes(log.read_bytes())
         part.replace(place)
-    return {**dict(_flat(summary)), "error": "", **made_by}
+    found = "; ".join(dict.fromkeys(one["text"] for one in summary["found"]))
+    return {**dict(_flat(summary)), FOUND: found, "error": "", **made_by}
 
 
 def _flat(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:

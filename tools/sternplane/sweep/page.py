@@ -11,12 +11,14 @@ from typing import Any
 from markupsafe import Markup
 
 from sternplane.report.page import Cell, Heading, Page, Section, Table, environment, plot_section, render
+from sternplane.sweep.accused import DAMAGED, accused
 from sternplane.sweep.explain import Association, associations, success_interval
 from sternplane.sweep.plan import Flights
 from sternplane.sweep.plots import against, distributions, ranking
 from sternplane.sweep.worst import Row, badness, outcome_text, worst
 
 _STATE = ("good", "", "bad", "bad")
+_MOST_ACCUSED = 40
 _FIGURES = ("path_error_rms_m", "depth_tracking_error_rms_m", "heading_tracking_error_rms_deg")
 
 
@@ -38,6 +40,7 @@ def page(flights: Flights, rows: Sequence[Row], judge: str, again: Mapping[int, 
     sailed = sum(row.get("vehicle_time_s") or 0.0 for row in rows)
     sections: list[Section | Heading] = [
         Section("Outcomes", tables=(_laws(rows), _outcomes(rows)), wide=True, anchor="outcomes"),
+        *_accused(rows),
         Section(
             "Worst flights",
             (_worst_note(judge),),
@@ -66,6 +69,7 @@ def page(flights: Flights, rows: Sequence[Row], judge: str, again: Mapping[int, 
                     ("came up safely", str(sum(badness(row) == 1 for row in rows))),
                     ("failed", str(sum(badness(row) == 2 for row in rows))),
                     ("errors", str(errors)),
+                    ("with an actuator said to be damaged", str(_damaged(rows))),
                     ("vehicle time", f"{sailed / 3600.0:.1f} h" if sailed > 7200.0 else f"{sailed / 60.0:.0f} min"),
                 )
             },
@@ -100,6 +104,25 @@ def _outcomes(rows: Sequence[Row]) -> Table:
         [Cell(text, _STATE[bad]), str(n)] for (bad, text), n in sorted(counts.items(), key=lambda one: -one[1])[:20]
     ]
     return Table(lines, head=("how they ended", "flights"), style="numbers")
+
+
+def _damaged(rows: Sequence[Row]) -> int:
+    """Return in how many flights an actuator was said to be damaged."""
+    return len({flight for one in accused(rows) if one.said == DAMAGED for flight in one.flights})
+
+
+def _accused(rows: Sequence[Row]) -> Iterator[Section]:
+    """Yield what flights said to be at fault, where any did."""
+    found = accused(rows)
+    if found:
+        note = "Where no fault was injected, what was accused was sound."
+        lines = [[one.said, one.name, str(len(one.flights)), _numbers(one.flights)] for one in found[:_MOST_ACCUSED]]
+        table = Table(lines, head=("", "what", "flights", "their numbers"), style="numbers")
+        yield Section("Said to be at fault", (note,), tables=(table,), wide=True, anchor="accused")
+
+
+def _numbers(flights: Sequence[int], most: int = 12) -> str:
+    return ", ".join(map(str, flights[:most])) + (", ..." if len(flights) > most else "")
 
 
 def _worst_note(judge: str) -> str:
