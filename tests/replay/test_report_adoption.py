@@ -35,8 +35,11 @@ def a_run(truth: bool = True) -> Any:
     return SimpleNamespace(header=header)
 
 
-def piece(sources: list[Source], m_ds: list[float], off: list[float], begin: int = 0) -> Piece:
-    """Return cycles with sources of the depth law, shares of the file's M_ds in force, and errors of depth, m."""
+def piece(sources: list[Source], m_ds: list[float], off: list[float], begin: int = 0, dive: float = 0.0) -> Piece:
+    """Return cycles, 1 s apart, with sources of the depth law, shares of the file's M_ds in force, errors of depth, m.
+
+    The reference dives at a rate, m/s.
+    """
     n = len(sources)
     zeros = np.zeros(n)
     c: Columns = {
@@ -45,6 +48,8 @@ def piece(sources: list[Source], m_ds: list[float], off: list[float], begin: int
         "mode.mode": np.full(n, int(Mode.MISSION)),
         "reference.z_d": np.array(off),
         "reference.psi_d": zeros,
+        "reference.z_d_dot": zeros + dive,
+        "reference.psi_d_dot": zeros,
         "adopted.diving": np.array([[FILE["M_q"], share * FILE["M_ds"]] for share in m_ds]),
         "adopted.steering": np.array([[FILE[name] for name in STEERING]] * n),
     }
@@ -75,6 +80,23 @@ def test_errors_are_told_before_and_after_the_law_is_of_learned_values_alone() -
     assert (depth["adopted_s"], depth["rms_before"], depth["rms_after"]) == pytest.approx((2.0, 0.4, 0.1))
     assert (depth["by_file"]["s_b"], depth["in_force"]["s_b"]) == (1.0, 0.55)
     assert (heading["adopted_s"], heading["rms_after"]) == (None, None)
+
+
+@pytest.mark.parametrize(("straight", "rate", "before"), [(6, 0.3, None), (3, 0.3, 0.2), (3, 0.1, None)])
+def test_dives_are_compared_with_like_dives_alone_and_with_enough_of_them(
+    straight: int, rate: float, before: float | None
+) -> None:
+    """Nine cycles before, a straight course first; then six of a dive with half its error."""
+    found, diving = AdoptionFigures(a_run()), 9 - straight
+    found.add(piece([Source.FILE] * straight, [1.0] * straight, [0.01] * straight))
+    found.add(piece([Source.FILE] * diving, [1.0] * diving, [0.2] * diving, straight, dive=rate))
+    found.add(piece([Source.LEARNED] * 6, [0.6] * 6, [0.1] * 6, 9, dive=0.3))
+    assert found.summary is not None
+    depth, heading = found.summary["laws"]["depth"], found.summary["laws"]["heading"]
+    after = None if before is None else pytest.approx(0.1)
+    assert (depth["rms_moving_before"], depth["rms_moving_after"]) == (before and pytest.approx(before), after)
+    assert depth["rms_before"] < 0.2
+    assert heading["rms_moving_before"] is None
 
 
 def test_each_coefficient_is_told_with_the_moment_at_which_it_left_the_file() -> None:
@@ -115,7 +137,7 @@ def test_the_section_has_a_row_for_each_law_and_each_coefficient() -> None:
     (section,) = adoption_section({"adoption": figures(), "learned": {"coefficients": {"M_ds": {"valid": False}}}})
     laws, coefficients = section.tables
     assert [row[0] for row in laws.rows] == ["depth", "heading"]
-    assert laws.rows[0][1:5] == ["2.0 s", "2.0 s", "0.4 m", "0.1 m"]
+    assert laws.rows[0][1:7] == ["2.0 s", "2.0 s", "–", "–", "0.4 m", "0.1 m"]
     assert [row[0] for row in coefficients.rows] == [*DIVING, *STEERING]
     assert coefficients.rows[1][-2:] == ["+100 %", "+10 %"]
     assert [row[4] for row in coefficients.rows[:2]] == ["–", "no"]

@@ -302,7 +302,7 @@ def everything(flown: Path) -> Summary:
     """Return a summary in which all is told that ever can be."""
     summary = summarise(read(flown))
     numbers = {key: 123.456 for key, value in summary.items() if value is None and key.endswith(("_m", "_deg", "_s"))}
-    law = {"first_s": 1234.5, "adopted_s": 2345.6, "rms_before": 12.345, "rms_after": 10.123}
+    law = {"first_s": 1234.5, "adopted_s": 2345.6, "rms_moving_before": 12.345, "rms_moving_after": 10.123}
     one = {"error_before_pct": 400.0, "error_after_pct": -33.4}
     learned = {"M_ds": {"valid": True, "error_pct": -12.3, "error_sigmas": 2.3}}
     fault = {"last": "weak", "stuck_deg": -22.5, "first_s": 83.1, "last_s": 1.0}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -17,6 +18,11 @@ from sternplane.logs.tracking import Array, held_cycles, pose_of, wrapped_deg
 from sternplane.logs.true_coefficients import truth
 
 _LAWS = {"depth": ("diving", DivingCoefficients._fields), "heading": ("steering", SteeringCoefficients._fields)}
+_RATES = {"depth": ("reference.z_d_dot", 0.02), "heading": ("reference.psi_d_dot", math.radians(0.5))}
+"""How fast the reference moves in a dive, m/s, and in a turn, rad/s."""
+_LEAST, _ALIKE = 5.0, 1.5
+"""s of dives or of turns, before and after, and by what factor their rates may differ: else errors say nothing of each
+other."""
 ALL_LEARNED = 1 + max(Source)
 """Of `design_states`."""
 
@@ -74,10 +80,14 @@ class AdoptionFigures:
         self._last: dict[str, float] = {}
         self._designs: dict[str, tuple[Design, Design]] = {}
         self._errors = {law: (Mean(), Mean()) for law in _LAWS}
+        self._moving = {law: (Mean(), Mean()) for law in _LAWS}
+        self._rates = {law: (Mean(), Mean()) for law in _LAWS}
+        self._step = 0.0
 
     def add(self, piece: Piece) -> None:
         """Take a piece in."""
         c, pose, held = piece.columns, pose_of(piece), held_cycles(piece.columns)
+        self._step = float(c["t"][-1] - c["t"][0]) / (len(c["t"]) - 1) if len(c["t"]) > 1 else self._step
         self._end = float(c["t"][-1])
         for name, values in in_force(c).items():
             other = np.flatnonzero(values != self._believed.get(name, values))
@@ -102,8 +112,12 @@ class AdoptionFigures:
                 first, last = (_design(c, law, row) for row in (0, -1))
                 self._designs[law] = self._designs.get(law, (first, last))[0], last
             after = c["t"] >= self._t.get(law, np.inf)
-            for figures, when in zip(self._errors[law], (~after, after), strict=True):
-                figures.add(error[held & when])
+            name, least = _RATES[law]
+            moving = held & (np.abs(c[name]) > least)
+            for i, when in enumerate((~after, after)):
+                self._errors[law][i].add(error[held & when])
+                self._moving[law][i].add(error[moving & when])
+                self._rates[law][i].add(c[name][moving & when])
 
     @property
     def refused(self) -> dict[str, str]:
@@ -128,6 +142,7 @@ class AdoptionFigures:
                     "adopted_s": self._t.get(law),
                     "rms_before": before.rms,
                     "rms_after": after.rms,
+                    **self._moving_figures(law),
                     "by_file": self._designs[law][0]._asdict(),
                     "in_force": self._designs[law][1]._asdict(),
                 }
@@ -136,6 +151,14 @@ class AdoptionFigures:
             "coefficients": {name: self._figures(name, true.get(name)) for name in self._last},
         }
         return dict(with_none(said))
+
+    def _moving_figures(self, law: str) -> dict[str, float | None]:
+        """Return errors while the reference moves, before and after; None where the two are not alike."""
+        both, (before, after) = self._moving[law], (rate.rms or 0.0 for rate in self._rates[law])
+        alike = before < _ALIKE * after and after < _ALIKE * before
+        alike &= all(one.count * self._step >= _LEAST for one in both)
+        keys = ("rms_moving_before", "rms_moving_after")
+        return {key: one.rms if alike else None for key, one in zip(keys, both, strict=True)}
 
     def _figures(self, name: str, true: float | None) -> dict[str, Any]:
         """Return what stands of a coefficient; both errors are against the truth at the end."""

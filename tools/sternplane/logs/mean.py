@@ -13,7 +13,7 @@ class Mean:
     """Mean, root mean square, greatest and last of numbers that come in parts; None where there was none."""
 
     def __init__(self) -> None:
-        self._count, self._sum, self._squares = 0, 0.0, 0.0
+        self.count, self._sum, self._squares = 0, 0.0, 0.0
         self.greatest: float | None = None
         self.last: float | None = None
 
@@ -21,7 +21,7 @@ class Mean:
         """Take some in."""
         if not values.size:
             return
-        self._count += values.size
+        self.count += values.size
         self._sum += float(np.sum(values))
         self._squares += float(np.sum(values**2))
         greatest = float(np.max(values))
@@ -31,9 +31,9 @@ class Mean:
     @property
     def mean(self) -> float | None:
         """The mean."""
-        return self._sum / self._count if self._count else None
+        return self._sum / self.count if self.count else None
 
     @property
     def rms(self) -> float | None:
         """The root mean square."""
-        return math.sqrt(self._squares / self._count) if self._count else None
+        return math.sqrt(self._squares / self.count) if self.count else None

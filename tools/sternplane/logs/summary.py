@@ -81,7 +81,8 @@ def summarise(log: Run) -> Summary:
     one line (`LearningReasons`). not_learned_because: why learned is None, None where it is not known.
     adoption: None if no law ever used what was learned; else by law, depth and heading: first_s, from when some of its
     values were learned in this flight, adopted_s, from when its design was of such values alone (None: never),
-    rms_before and rms_after, of the tracking errors as above (m, deg) up to then and from then on, and the design
+    rms_before and rms_after, of the tracking errors as above (m, deg) up to then and from then on, rms_moving_before
+    and rms_moving_after of those while the reference dives or turns (None: too little or too unlike), and the design
     by_file and in_force at the end; by coefficient: file, adopted_s (when its value first left the file's), in_force at
     the end, and truth (at the end, as above), error_before_pct (of the file) and error_after_pct (of what is in force),
     both against it, where the truth was logged.

@@ -216,11 +216,12 @@ def _adopted(summary: Summary) -> Rows:
         return [(f"{law} law designed from", f"vehicle.toml: {why}") for law, why in refused.items()]
     found = []
     for (law, one), form in zip(adoption["laws"].items(), ("{:.3f} m", "{:.2f}°"), strict=True):
-        errors = (one["rms_before"], one["rms_after"])
+        errors = (one["rms_moving_before"], one["rms_moving_after"])
         why = summary.get("adoption_refused", {}).get(law)
         found.append((f"{law} law learned", f"{adopted_text(one)}{f': {why}' if why else ''}"))
         if None not in errors:
-            found.append((f"{law} error before all, after", f"{', '.join(map(form.format, errors))} RMS"))
+            label = f"error in {'dives' if law == 'depth' else 'turns'}, before all, after"
+            found.append((label, f"{', '.join(map(form.format, errors))} RMS"))
     known = [one for one in adoption["coefficients"].values() if one["error_before_pct"] is not None]
     if known:
         worst = [max(abs(one[key]) for one in known) for key in ("error_before_pct", "error_after_pct")]

@@ -13,14 +13,17 @@ _LAWS = (
     "law",
     "first values from",
     "all of it from",
-    "error before all of it, RMS",
-    "error after, RMS",
+    "error in dives or turns before all of it, RMS",
+    "error in dives or turns after, RMS",
+    "whole course before, RMS",
+    "whole course after, RMS",
     "poles, 1/s",
     "s'b by the file",
     "s'b at the end",
     "authority of the fins by the file, rad/s²",
     "authority at the end, rad/s²",
 )
+_ERRORS = ("rms_moving_before", "rms_moving_after", "rms_before", "rms_after")
 _COEFFICIENTS = (
     "coefficient",
     "vehicle file",
@@ -36,7 +39,8 @@ _COEFFICIENTS = (
 _NOTE = (
     "First values: those of the law's coefficients that are certain enough are in force, the others are the vehicle "
     "file's. All of it: every one is, none held at a bound. Valid asks for more certainty than adoption does: a "
-    "coefficient may be in force before it is valid."
+    "coefficient may be in force before it is valid. Before and after are compared while the reference dives or turns; "
+    "those of the whole course hang on how much of it was straight."
 )
 
 
@@ -55,7 +59,7 @@ def adoption_section(summary: Summary) -> Iterator[Section]:
 
 
 def _law(name: str, one: dict[str, Any]) -> list[str]:
-    errors = [_text(one[key], ".3g", f" {_UNITS[name]}".replace(" °", "°")) for key in ("rms_before", "rms_after")]
+    errors = [_text(one[key], ".3g", f" {_UNITS[name]}".replace(" °", "°")) for key in _ERRORS]
     file, now = one["by_file"], one["in_force"]
     poles = ", ".join(_text(pole, ".3g") for pole in now["poles"])
     strengths = [_text(design[key], ".3g") for key in ("s_b", "authority") for design in (file, now)]
