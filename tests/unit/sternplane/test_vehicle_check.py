@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from sternplane.cli.main import main
-from sternplane.vehicles.check import by_files
+from sternplane.vehicles.check import by_files, check
 from sternplane.vehicles.finding import Finding, Grade
 from sternplane.vehicles.limits import read_files
 from sternplane.vehicles.stability import doubling_time, poles, poles_over
@@ -89,6 +89,17 @@ def test_what_does_not_fit_is_told(
 ) -> None:
     edit(remus, file, key, value)
     assert wrong(found(remus), topic, *words)
+
+
+@pytest.mark.parametrize(("N_v", "grade"), [(None, Grade.PASS), ("0.0", Grade.WARN)])
+def test_a_simulated_hull_that_turns_otherwise_than_the_vehicle_file_believes_is_told(
+    remus: Path, N_v: str | None, grade: Grade
+) -> None:
+    if N_v is not None:
+        (remus / "truth.toml").write_text((remus / "truth.toml").read_text() + f"\n[coefficients]\nN_v = {N_v}\n")
+    (belief,) = (one for one in check(read_files(remus)).findings if one.topic == "belief")
+    assert belief.grade is grade
+    assert ("are of two hulls" in belief.text) == (grade is Grade.WARN)
 
 
 def test_level_flight_leaves_no_force_and_no_moment(remus: Path) -> None:

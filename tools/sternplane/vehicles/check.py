@@ -12,6 +12,7 @@ import numpy as np
 from firmware_py.records.manoeuvrability import Manoeuvrability
 from firmware_py.vehicle.manoeuvrability import ManoeuvrabilityModel
 from sim_bridge.plant.plant import PlantError
+from sim_bridge.plant.truth import Truth
 from sternplane.vehicles import munk_moment
 from sternplane.vehicles.finding import Finding, Grade, graded
 from sternplane.vehicles.limits import Files, contradictions, top_shaft
@@ -23,6 +24,9 @@ _SPEEDS = 25
 _RUDDERS = 5
 _QUICK = 0.5
 """A hull whose motion doubles within this time, s, turns away faster than servos and laws bring it back."""
+
+_BELIEF = 1.25
+"""Radius by the vehicle file over that which is swum, or the reverse, from which on it is told."""
 
 
 @dataclass(frozen=True)
@@ -192,10 +196,37 @@ def _turning(files: Files, turns: dict[float, Turn], able: Manoeuvrability) -> I
     yield graded("turn rate", asked / does, 0.8, 1.0, text)
     text = f"rolls {math.degrees(turn.roll):.0f} deg in that turn, drift {math.degrees(turn.drift):+.0f} deg"
     yield graded("roll in turn", turn.roll, math.radians(20.0), math.radians(45.0), text)
+    yield from _belief(files, turns, able)
+
+
+def _belief(files: Files, turns: dict[float, Turn], able: Manoeuvrability) -> Iterator[Finding]:
+    """Yield whether the circles that are asked for can be swum, and whether the vehicle file believes in like ones."""
+    full, turn = max(turns.items())
+    propeller, cruise = files.vehicle.propeller, files.autopilot.guidance.cruise_speed
+    n = propeller.n_trim * cruise / propeller.u_trim
+    try:
+        believed = steady_turn(_as_believed(files), full, n, cruise)
+    except PlantError:
+        yield Finding("belief", Grade.WARN, "with the coefficients of vehicle.toml the simulated hull cannot be swum")
+        return
+    off = max(turn.radius, believed.radius) / min(turn.radius, believed.radius)
+    text = f"full rudder swims {turn.radius:.1f} m, with the coefficients of vehicle.toml {believed.radius:.1f} m"
     if math.isfinite(able.turn):
-        asked = max(guidance.turn_radius, able.turn_radius)
-        text = f"circles asked for are {asked:.1f} m or wider; full rudder swims {turn.radius:.1f} m, "
-        yield graded("belief", turn.radius / asked, 1.0, 1.5, f"{text}by the linear model {1.0 / able.turn:.1f} m")
+        asked = max(files.autopilot.guidance.turn_radius, able.turn_radius)
+        text = f"circles asked for are {asked:.1f} m or wider; {text}, by its linear model {1.0 / able.turn:.1f} m"
+        wide = graded("belief", turn.radius / asked, 1.0, 1.5, text)
+        if wide.grade is not Grade.PASS:
+            yield wide
+            return
+    if off > _BELIEF and not believed.diverged:
+        text += "; N_v, N_r, Y_v, Y_r or N_dr of vehicle.toml and truth.toml are of two hulls"
+    yield graded("belief", 1.0 if believed.diverged else off, _BELIEF, math.inf, text)
+
+
+def _as_believed(files: Files) -> Truth:
+    """Return the simulated vehicle with the coefficients of the vehicle file."""
+    own = dataclasses.asdict(files.vehicle.coefficients)
+    return dataclasses.replace(files.truth, coefficients=dataclasses.replace(files.truth.coefficients, **own))
 
 
 def _abilities(files: Files, able: Manoeuvrability, turns: dict[float, Turn], top: float) -> Iterator[tuple[str, str]]:
