@@ -163,6 +163,24 @@ def test_the_command_prints_a_table_and_leaves_a_page(
     assert heads[:4] == ["Runs", "What differs", "Key figures", "Over each other"]
 
 
+def test_a_key_that_differs_keeps_its_end_in_a_terminal_and_all_of_it_in_a_pipe(
+    runs: Path, toy: SimpleNamespace, capsys: Said, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(runs)
+    monkeypatch.setenv("COLUMNS", "80")
+    own = {"control": {"heading": {"integral_time_s": 61.0}, "depth": {"climb_bias_time_s": 7.0}}}
+    toy.fly(runs / "sea" / "log.mcap", 3.0, configuration=config_files.read_configuration(CONFIG, over=own))
+    keys = [one.key for one in compared(runs / "sliding", runs / "pid", runs / "sea").differences]
+    assert max(map(len, keys)) > 34
+    assert main.main(["compare", "sliding", "pid", "sea"]) == 0
+    piped = capsys.readouterr().out
+    assert [key for key in keys if f"  {key} " not in piped] == []
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    assert main.main(["compare", "sliding", "pid", "sea"]) == 0
+    shown = capsys.readouterr().out
+    assert [key for key in keys if f"{key[-33:]} " not in shown] == []
+
+
 def test_names_and_paths_are_no_markup_and_send_no_escape_sequence(
     runs: Path, capsys: Said, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -17,11 +17,17 @@ from firmware_py.run.usage_error import UsageError
 from sternplane.cli import extras
 from sternplane.compare.compared_run import open_runs
 from sternplane.compare.comparison import Comparison, Rows
+from sternplane.logs.summary_text import LABEL_WIDTH
 from sternplane.plain_console import PlainConsole
 
 _PAGE = Path("compare.html")
 _MOST_DIFFERENCES = 30
 """So many settings that differ are printed; the page and --json have all of them."""
+
+_KEY_WIDTH = LABEL_WIDTH
+"""Of the keys that differ in a terminal: of a longer one the end stays, which tells it from others."""
+_UNBOUNDED = 10_000
+"""Columns of what is no terminal."""
 
 
 def command(options: argparse.Namespace) -> int:
@@ -37,6 +43,8 @@ def command(options: argparse.Namespace) -> int:
         print(json.dumps(comparison.document(), indent=2, ensure_ascii=False, allow_nan=False))
         return 0
     console = PlainConsole()
+    if not console.is_terminal:
+        console = PlainConsole(width=_UNBOUNDED)  # nobody can widen a file or a pipe
     _print(comparison, console)
     if drawn:
         console.print(f"  {out}", highlight=False, soft_wrap=True)
@@ -64,9 +72,15 @@ def _write(comparison: Comparison, out: Path) -> None:
         raise UsageError(f"--out {out}: cannot be written ({error.strerror}); choose another file") from None
 
 
+def _ended(key: str, most: int) -> str:
+    """Return the end of a key that is longer than `most` characters."""
+    return key if len(key) <= most else f"…{key[1 - most :]}"
+
+
 def _print(comparison: Comparison, console: Console) -> None:
     names = [run.name for run in comparison.runs]
-    different: Rows = [[one.key, *one.values] for one in comparison.differences]
+    most = _KEY_WIDTH if console.is_terminal else _UNBOUNDED
+    different: Rows = [[_ended(one.key, most), *one.values] for one in comparison.differences]
     left_out = len(different) - _MOST_DIFFERENCES
     groups = {
         "runs": comparison.identity,
@@ -76,7 +90,7 @@ def _print(comparison: Comparison, console: Console) -> None:
     if comparison.common_figures:
         groups[f"accuracy over the first {comparison.shortest:.1f} s"] = comparison.common_figures
     table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)
-    table.add_column("")
+    table.add_column("", no_wrap=True)
     for name in names:
         table.add_column(name, overflow="fold")
     for title, rows in groups.items():
