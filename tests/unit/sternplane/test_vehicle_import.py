@@ -82,9 +82,19 @@ def test_the_unit_tells_whether_a_speed_is_in_a_value(tmp_path: Path) -> None:
     assert by_name == pytest.approx(by_unit, rel=1e-4)
     with pytest.raises(ParamError, match="speed_m_s = -1: must be above 0"):
         imported(tmp_path, base, speed_m_s=-1.0)
-    wrong = imported(tmp_path, {**base, "Zw": -66.6}, {"Zw": "kg m"})
-    assert [(row.name, row.ours) for row in wrong.converted.lost] == [("Zw", "")]
-    assert "is not that of Zw, kg s^-1" in wrong.converted.lost[0].remark
+    wrong = imported(tmp_path, {**base, "Yp": 66.6}, {"Yp": "kg m^2"})
+    assert [(row.name, row.ours) for row in wrong.converted.lost] == [("Yp", "")]
+    assert "is not that of Yp, kg m^1 s^-1" in wrong.converted.lost[0].remark
+
+
+@pytest.mark.parametrize("other", [{}, {"Yv": -500.0}])
+@pytest.mark.parametrize(("unit_of_it", "said"), [("kg/s", "kg/s is not that of Yuv"), ("kg?", "not understood")])
+def test_a_derivative_that_no_law_can_do_without_is_not_dropped_for_its_unit(
+    tmp_path: Path, other: dict[str, float], unit_of_it: str, said: str
+) -> None:
+    rows = HULL | {elsewhere(name): si(name) for name in NEEDED} | other
+    with pytest.raises(ParamError, match=rf"table\.csv: Yuv = .*{re.escape(said)}.*; no law can do without it"):
+        imported(tmp_path, rows, {"Yuv": unit_of_it})
 
 
 def test_degrees_become_radians(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ linearisation).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -57,15 +57,17 @@ class Converted:
         return [row for row in self.rows if not row.ours]
 
 
-def convert(entries: Iterable[Entry], hull: Particulars) -> Converted:
+def convert(entries: Iterable[Entry], hull: Particulars, required: Collection[str] = ()) -> Converted:
     """Return our coefficients of a table.
 
     Args:
         entries: the derivatives.
         hull: complete.
+        required: coefficients that no law can do without.
 
     Raises:
-        ParamError: two entries are the same derivative, or one has an impossible value.
+        ParamError: two entries are the same derivative, one has an impossible value, or a required one a unit that it
+            cannot have.
     """
     entries = tuple(entries)
     _refuse_twice(entries, hull.where)
@@ -81,6 +83,8 @@ def convert(entries: Iterable[Entry], hull: Particulars) -> Converted:
             made.rows.append(Became(entry.name, shown, "", why))
             continue
         value, full, remark = _whole(entry, term, hull)
+        if value is None and OURS.get(term._replace(bars=False).with_speed(max(2 - term.speeds, 0))) in required:
+            raise ParamError(f"{hull.where}: {entry.name} = {shown}: {remark}; no law can do without it")
         if value is None:
             made.rows.append(Became(entry.name, shown, "", remark))
         elif _is_square(full, term.bars):

@@ -107,7 +107,7 @@ def import_table(path: Path, curves: Path | None = None, over: Mapping[str, Any]
         into: dict[str, Any] = hull.switches if isinstance(value, bool) else hull.texts
         (hull.values if isinstance(value, float) else into)[key] = value
     hull.complete()
-    made = convert(rest, hull)
+    made = convert(rest, hull, (*_NEEDED, *_PAPER))
     if hull.switches.get("symmetric"):
         symmetric(made)
     coriolis(made, hull.texts.get("coriolis", NO), str(path))
