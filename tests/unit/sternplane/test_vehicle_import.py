@@ -15,16 +15,20 @@ from sternplane.cli.main import main
 from sternplane.sitl.flight import FlightRequest, prepare
 from sternplane.vehicles.derivative_table import Entry, read_entries, read_lists
 from sternplane.vehicles.import_command import FIRST_FLIGHT, Imported, import_table, texts
+from sternplane.vehicles.limits import read_files
 from sternplane.vehicles.particulars import read_particulars
 from sternplane.vehicles.propeller_curves import OpenWater, fit_propeller
+from sternplane.vehicles.starting_set import stiffened
 from sternplane.vehicles.swum import steady_speed
 from sternplane.vehicles.terms import elsewhere, parse, term_of, unit
 from sternplane.vehicles.units import parse_unit
 
 from firmware_py.adapters.installation import configs
+from firmware_py.control.sliding_mode_design import sliding_surface
 from firmware_py.error_text import quoted
 from firmware_py.params import ParamError
 from firmware_py.vehicle.coefficients import Coefficients
+from firmware_py.vehicle.linear_models import steering_model
 from sim_bridge.plant.coefficients import length_power
 from sim_bridge.truth_file import read_truth
 
@@ -353,6 +357,21 @@ def test_a_hull_too_slow_for_the_demonstration_has_a_first_flight_of_its_own(tmp
         prepare(FlightRequest(config=folder), {})
     flight = prepare(FlightRequest(scenario=str(folder / FIRST_FLIGHT), config=folder), {})
     assert {waypoint.speed for waypoint in flight.scenario.waypoints} == {0.97}
+
+
+@pytest.mark.parametrize(
+    ("folder", "given", "bandwidth", "faster"),
+    [("npsauv2", (-0.45, -0.5), 1.0, 1.0), ("remus100", (-0.8, -0.9), 2.0, 1.31)],
+)
+def test_the_heading_s_poles_are_faster_only_where_the_rudder_would_hardly_answer(
+    folder: str, given: tuple[float, float], bandwidth: float, faster: float
+) -> None:
+    vehicle = read_files(configs() / folder).vehicle
+    model = steering_model(vehicle, vehicle.propeller.u_trim)
+    made = stiffened(model, given, bandwidth)
+    assert made == pytest.approx((faster * given[0], faster * given[1]), rel=0.01)
+    rudder = bandwidth / abs(sliding_surface(model, made, 1.0)[2])
+    assert rudder == pytest.approx(0.35) or (faster == 1.0 and rudder > 0.35)
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 The gains are those of the two hulls here, taken over by the time T = L / U in which a hull swims its own length: a
 quantity that is a on one and b on the other is a (T / T_a)^k between and beyond them, not further than by a factor of
 two and a half.
+The heading's poles are faster where the hull's own motion is so fast that the law would hardly hold against it.
 What has the size of a speed goes with the cruising speed, and what turns or pulls up is what the vehicle file can do.
 """
 
@@ -17,7 +18,9 @@ import numpy as np
 
 from firmware_py.adapters.installation import configs
 from firmware_py.adapters.storage.toml_files import merge, read_toml
+from firmware_py.control.sliding_mode_design import sliding_surface
 from firmware_py.params import ParamError, load
+from firmware_py.vehicle.linear_models import LinearModel, steering_model
 from firmware_py.vehicle.vehicle import Vehicle
 from sim_bridge.plant.plant import PlantError
 from sim_bridge.plant.truth import Truth
@@ -31,6 +34,8 @@ _FARTHEST = 2.5
 """Factor of T beyond the two hulls after which nothing is carried on."""
 _RESERVE = 1.6
 """Circles are so much wider than the tightest that full rudder makes, and rates of turn as much slower."""
+_STIFFNESS, _FASTER = 0.35, 2.0
+"""Rudder over error of heading that is asked of the heading law, and by how much its poles may be faster for it."""
 _CRUISE = 0.97
 """Cruising speed over that of trim."""
 _STEP = 0.01
@@ -42,6 +47,24 @@ def between(nps: float, remus: float, T: float) -> float:
     inside = min(max(T, _T_REMUS / _FARTHEST), _T_NPS * _FARTHEST)
     exponent = math.log(nps / remus) / math.log(_T_NPS / _T_REMUS)
     return float(f"{remus * (inside / _T_REMUS) ** exponent:.3g}")
+
+
+def stiffened(model: LinearModel, poles: tuple[float, float], bandwidth: float) -> tuple[float, float]:
+    """Return poles of the heading law that are fast enough for a hull whose own motion is much faster.
+
+    The rudder for an error of heading is bandwidth / |s'b|, and goes with the product of the poles: slow poles on a
+    hull that damps itself quickly leave hardly any, and a rudder that the model believes 2 deg off costs 20 of heading.
+
+    Args:
+        model: steering model.
+        poles: by size and speed alone, 1/s.
+        bandwidth: of the boundary layer, 1/s.
+    """
+    p1, p2 = poles
+    stiffness = bandwidth / abs(sliding_surface(model, poles, 1.0)[2])
+    own = (model.A[0][0] + model.A[1][1]) / (p1 + p2)
+    faster = max(1.0, min(math.sqrt(_STIFFNESS / stiffness), own, _FASTER))
+    return p1 * faster, p2 * faster
 
 
 def autopilot(vehicle: Vehicle, simulated: Truth) -> dict[str, Any]:
@@ -64,6 +87,9 @@ def autopilot(vehicle: Vehicle, simulated: Truth) -> dict[str, Any]:
         radius = max(radius, math.ceil(_RESERVE * turn.radius))
         turn_rate = min(turn_rate, math.degrees(abs(turn.rate)) / _RESERVE)
     cruise, surface = _CRUISE * U, 0.83 * U
+    heading_bandwidth = between(1.0, 2.0, T)
+    slow = (-between(0.45, 0.8, T), -between(0.5, 0.9, T))
+    heading_poles = stiffened(steering_model(vehicle, U), slow, heading_bandwidth)
     base = read_toml(BASE / "autopilot.toml")
     learned = [name for name in base["estimation"]["coefficients"]["names"] if getattr(vehicle.coefficients, name)]
     changes: dict[str, Any] = {
@@ -88,9 +114,9 @@ def autopilot(vehicle: Vehicle, simulated: Truth) -> dict[str, Any]:
                 "climb_bias_time_s": between(8.0, 4.0, T),
             },
             "heading": {
-                "poles_1_s": [-between(0.45, 0.8, T), -between(0.5, 0.9, T)],
+                "poles_1_s": [_round(pole) for pole in heading_poles],
                 "delta_sw_rad": between(0.4, 0.2, T),
-                "bandwidth_1_s": between(1.0, 2.0, T),
+                "bandwidth_1_s": heading_bandwidth,
             },
         },
         "guidance": {
