@@ -15,6 +15,7 @@ from sternplane.identification.assessment import assess, learned_table
 from sternplane.identification.confidence import confidence
 from sternplane.identification.estimate import Estimated
 from sternplane.identification.recording import Recording
+from sternplane.identification.remedies import remedies
 from sternplane.sitl import busless_flight
 
 from firmware_py.estimation.coefficient_params import TEN, CoefficientParams
@@ -59,6 +60,21 @@ def wrong(factors: dict[str, float]) -> Vehicle:
     return dataclasses.replace(
         VEHICLE, coefficients=dataclasses.replace(c, **{name: getattr(c, name) * f for name, f in factors.items()})
     )
+
+
+def test_an_ascent_without_power_is_left_out_by_name_and_a_coefficient_that_lacks_is_named() -> None:
+    recording = recorded(VEHICLE, 30.0)
+    inputs = recording.inputs.copy()
+    inputs[recording.t[1:] > 20.0, 3] = 0.0
+    still = dataclasses.replace(recording, inputs=inputs)
+    found = remedies(still, ("M_q", "N_r"), white=False, doubtful=False)
+    assert found[0] == "the shaft stood still from 20.0 s on, as in an ascent: leave that out with --to 20.0"
+    assert found[1].endswith("--coefficients M_q,N_r,M_w")
+    assert len(remedies(recording, ("M_q", "N_r"), white=True, doubtful=True)) == 1
+    assert remedies(recording, ("M_q", "M_w"), white=False, doubtful=True) == []
+    assert remedies(still, ("M_q",), white=True, doubtful=False) == []
+    from_rest = dataclasses.replace(recording, inputs=inputs[::-1])
+    assert "--from 10.0" in remedies(from_rest, ("N_r",), white=False, doubtful=True)[0]
 
 
 def test_slopes_of_the_whole_flight_are_those_of_finite_differences() -> None:
@@ -157,7 +173,7 @@ def test_all_that_is_known_is_laid_into_the_vehicle_s_table_and_nothing_else() -
 def test_what_nothing_excites_is_named_and_stays() -> None:
     found = answer({"M_ds": 0.7, "Z_ds": 0.699})
     verdict = assess(found)  # type: ignore[arg-type]
-    assert verdict.sentences == ("M_ds, Z_ds: nothing in the log excites them",)
+    assert verdict.sentences == ("M_ds, Z_ds: nothing in this span of the log excites them",)
     table = learned_table(TABLE, found, verdict)  # type: ignore[arg-type]
     for name in TEN:
         assert (table["coefficients"][name] == TABLE["coefficients"][name]) == (name in ("M_ds", "Z_ds"))

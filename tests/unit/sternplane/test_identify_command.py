@@ -180,7 +180,7 @@ def test_without_stern_planes_their_terms_are_named_and_stay_as_believed(
     tmp_path: Path, rudder_only: Path, wrong: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main.main(["identify", str(rudder_only), "--out", str(tmp_path)]) == 1
-    assert "not identifiable: M_ds, Z_ds: nothing in the log excites them" in capsys.readouterr().out
+    assert "not identifiable: M_ds, Z_ds: nothing in this span of the log excites them" in capsys.readouterr().out
     was, now = (tomllib.loads((folder / "vehicle.toml").read_text())["coefficients"] for folder in (wrong, tmp_path))
     assert (now["M_ds"], now["Z_ds"]) == (was["M_ds"], was["Z_ds"])
     assert now["N_dr"] == pytest.approx(-0.013, rel=0.02)

@@ -37,7 +37,8 @@ def assess(identification: Identification) -> Assessment:
     weak = identifiability(covariance, names, identification.prior)
     sentences = []
     if alone := weak.alone:
-        sentences.append(f"{', '.join(alone)}: nothing in the log excites {'it' if len(alone) == 1 else 'them'}")
+        what = "it" if len(alone) == 1 else "them"
+        sentences.append(f"{', '.join(alone)}: nothing in this span of the log excites {what}")
     sentences += [
         f"{one.words}, each over its prior sigma: the log knows this sum no better than the vehicle file did"
         for one in weak.mixed

@@ -42,7 +42,10 @@ def page(log: Run, recording: Recording, found: Identification, document: dict[s
             identity=(
                 f"{document['log']} · {document['scenario']} · {document['from']:.2f} to {document['to']:.2f} s",
             ),
-            warnings=(f"Not identifiable: {missing}.",) if missing else (),
+            warnings=(
+                *((f"Not identifiable: {missing}.",) if missing else ()),
+                *(f"Try: {remedy}." for remedy in document["remedies"]),
+            ),
             key_figures={"": _key_figures(document)},
             sections=sections,
         )

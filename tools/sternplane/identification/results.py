@@ -13,6 +13,7 @@ from firmware_py.estimation.model.state import MOTIONS
 from sternplane.identification.assessment import Assessment
 from sternplane.identification.estimate import LARGE, WHITE, Estimated, Identification
 from sternplane.identification.recording import Recording
+from sternplane.identification.remedies import remedies
 from sternplane.logs.learned import believed
 from sternplane.logs.run import Run
 from sternplane.logs.true_coefficients import truth
@@ -67,6 +68,7 @@ def result_document(log: Run, recording: Recording, found: Identification, asses
         "steps": found.fit.steps,
         "at_rest": found.fit.found,
         "not_identifiable": list(assessment.sentences),
+        "remedies": remedies(recording, names, found.white, bool(assessment.sentences)),
         "remarks": [
             *([f"The log is {log.lost}."] if log.lost else []),
             *([f"A fault changes the truth of {', '.join(changed)} meanwhile: it is not shown."] if changed else []),
@@ -133,6 +135,8 @@ def print_results(console: Console, document: dict[str, Any]) -> None:
         console.print(f"  {sentence}", highlight=False)
     for sentence in document["not_identifiable"]:
         console.print(f"  not identifiable: {sentence}", highlight=False, style="bold red")
+    for sentence in document["remedies"]:
+        console.print(f"  try: {sentence}", highlight=False)
 
 
 def origin(first: str, document: dict[str, Any]) -> str:
