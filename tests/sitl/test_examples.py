@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import runpy
+import subprocess
 import sys
 from pathlib import Path
 
@@ -42,3 +44,18 @@ def test_it_runs(
     runpy.run_path(str(EXAMPLES / f"{name}.py"), run_name="__main__")
     assert SAID[name] in capsys.readouterr().out
     sys.modules.pop("first_flight", None)
+
+
+def test_without_gymnasium_its_example_says_in_one_line_what_to_install() -> None:
+    words = "import sys, runpy; sys.modules['gymnasium'] = None; runpy.run_path(sys.argv[1], run_name='__main__')"
+    example = EXAMPLES / "gym_environment.py"
+    done = subprocess.run([sys.executable, "-c", words, example], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (1, f"{example.name} needs gymnasium: pip install 'sternplane[gym]'\n")
+
+
+def test_what_examples_leave_is_ignored_by_git() -> None:
+    left = {
+        name for path in EXAMPLES.glob("*.py") for name in re.findall(r'"([a-z_]+\.(?:png|parquet))"', path.read_text())
+    }
+    assert left == {"first_flight.png", "own_law.png", "own_mission.png", "flight.parquet"}
+    assert left <= {*(EXAMPLES.parents[1] / ".gitignore").read_text().splitlines()}

@@ -2,7 +2,11 @@
 
 import numpy as np
 import sternplane
-from gymnasium.utils.env_checker import check_env
+
+try:
+    from gymnasium.utils.env_checker import check_env
+except ImportError:
+    raise SystemExit("gym_environment.py needs gymnasium: pip install 'sternplane[gym]'") from None
 
 
 def policy(seen: np.ndarray) -> np.ndarray:
