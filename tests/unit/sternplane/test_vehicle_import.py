@@ -107,6 +107,17 @@ def test_degrees_become_radians(tmp_path: Path) -> None:
     assert found.vehicle["coefficients"]["N_dr"] == pytest.approx(NPS["coefficients"]["N_dr"], rel=1e-4)
 
 
+def test_linear_and_quadratic_drag_and_damping_are_summed_and_each_is_told(tmp_path: Path) -> None:
+    """A linear one is right at the speed of the table only: it becomes u |u| and |u| v."""
+    base = HULL | {elsewhere(name): si(name) for name in NEEDED}
+    found = imported(tmp_path, base | {"Xu": -20.0, "Xuu": -40.0, "Yv": -500.0})
+    scale, ours = 500.0 * 5.3**2, {row.name: row.ours for row in found.converted.rows}
+    assert found.vehicle["propeller"]["C_d0"] == pytest.approx((20.0 / 1.8288 + 40.0) / scale, rel=1e-4)
+    assert ours["Xu"].startswith("C_d0 = ")
+    assert ours["Xuu"].startswith("C_d0 += ")
+    assert found.vehicle["coefficients"]["Y_v"] == pytest.approx((si("Y_v") - 500.0 / 1.8288) / scale, rel=1e-4)
+
+
 STRANGE = ("Yvvv", "Y_v|r|", "Xvvv", "Z_qdot_stern", "Mtheta", "Yddd", "Kphi", "X_{v|v|}", "foo")
 
 
@@ -289,6 +300,9 @@ def test_the_error_of_the_propeller_is_that_of_a_thrust_that_knows_no_speed() ->
         ("", "its first line must name the columns"),
         ("name,value\nYv,1\nYv,2\n", "'Yv' stands there 2 times"),
         ("name,value\nYuv,-1\n", "length_m (or L) is missing"),
+        ("name,value\nL,5\nm,4000\n", "speed_m_s (or U0) is missing"),
+        ("name;value;unit\nL;5,0;m\n", "columns are separated by commas, and a number has a point"),
+        ("name\tvalue\nL\t5\n", "columns are separated by commas, and a number has a point"),
         ("name,value\nL,5\nm,-4\n", "m = -4: must be above 0"),
         ("name,value\nL,5\nm,4 kg\n", "m = '4 kg': must be a number"),
         ("name,value\nL,5\nU,2\nm,4000\nform,bis\n", "form = 'bis': must be dimensional or prime"),

@@ -179,8 +179,9 @@ def _placed(made: Converted, name: str, shown: str, full: Term, value: float, re
     if plain == Term("X", ("u", "u")):
         if not value < 0.0:
             return Became(name, shown, "", "drag is negative here; write it so")
+        said = f"C_d0 {'+=' if 'C_d0' in made.drag else '='} {-value:.4g}"
         made.drag["C_d0"] = made.drag.get("C_d0", 0.0) - value
-        return Became(name, shown, f"C_d0 = {-value:.4g}", remark)
+        return Became(name, shown, said, remark)
     odd = _is_odd(full)
     ours = None if odd else OURS.get(plain)
     if ours is None:

@@ -106,6 +106,8 @@ def _from_csv(path: Path) -> Iterator[Entry]:
     rows = csv.DictReader(io.StringIO(_text(path)), skipinitialspace=True)
     heads = {(head or "").strip().lower(): head for head in rows.fieldnames or ()}
     name, value, unit = (next((heads[key] for key in keys if key in heads), None) for keys in (_NAMES, _VALUES, _UNITS))
+    if (name is None or value is None) and any(mark in (rows.fieldnames or ("",))[0] for mark in ";\t"):
+        raise ParamError(f"{path}: columns are separated by commas, and a number has a point: name,value,unit")
     if name is None or value is None:
         raise ParamError(f"{path}: its first line must name the columns: name,value,unit (unit may be left out)")
     for row in rows:

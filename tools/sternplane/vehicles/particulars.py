@@ -38,7 +38,7 @@ KNOWN: dict[str, Known] = {
     **{f"I_{a}_kg_m2": Known(f"I{a} I{a}{a} I_{a} I_{a}{a}") for a in "xyz"},
     **{f"I_{a}_kg_m2": Known(f"I{a} I_{a}", positive=False) for a in ("xy", "yz", "xz")},
     **{f"{a}_{c}_m": Known(f"{a}{c} {a}{c.lower()} {a}_{c} {a}_{c.lower()}", False) for c in "GB" for a in "xyz"},
-    "speed_m_s": Known("U U0 U_0 u0 u_0 speed"),
+    "speed_m_s": Known("U0 U U_0 u0 u_0 speed"),
     "u_trim_m_s": Known("u_trim"),
     "n_trim_rpm": Known("n_trim rpm"),
     "n_max_rpm": Known("n_max"),
