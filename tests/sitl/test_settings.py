@@ -59,6 +59,9 @@ def test_of_one_key_the_last_value_holds() -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
+        ("control.adoption.enabled=false", r"did you mean autopilot\.control\.adoption\.enabled\?$"),
+        ("M_q=-0.05", r"did you mean vehicle\.coefficients\.M_q or truth\.coefficients\.M_q\?$"),
+        ("control.nosuch=1", "'control' is no file"),
         ("truth.curent=1", r"did you mean truth.current\?"),
         ("truth.current=-1", r"current_m_s = -1: out of bounds"),
         ("scenario.waypoints.9.depth_m=5", "no entry '9'; there: 0 to 4"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import dataclasses
 import difflib
 import math
@@ -112,10 +113,24 @@ def _parse(text: str) -> Setting:
     try:
         return parse_setting(text, FILES)
     except ParamError:
+        if whole := _without_file(text):
+            said = f"did you mean {' or '.join(whole)}?"
+            raise ParamError(f"--set {shortened(key)}: begins with no file; {said}") from None
         meant = difflib.get_close_matches(name, _names(_Flow) | _names(EnvironmentParams), n=1, cutoff=0.8)
         if name == key or not meant:
             raise
         raise ParamError(f"--set {shortened(key)}: is unknown; did you mean truth.{meant[0]}?") from None
+
+
+def _without_file(text: str) -> list[str]:
+    """Return the whole keys of a setting whose key begins below a file, such as control.law; [] of any other."""
+    if text.partition(".")[0] in FILES:
+        return []
+    found = []
+    for file in FILES:
+        with contextlib.suppress(ParamError):
+            found.append(parse_setting(f"{file}.{text.strip()}", FILES).key)
+    return found
 
 
 def _names(cls: type[Any]) -> set[str]:
