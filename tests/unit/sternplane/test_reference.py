@@ -1,8 +1,11 @@
 from __future__ import annotations
 
 import re
+import tomllib
 
+import numpy as np
 import pytest
+import sternplane
 from sternplane.codegen import configuration_reference
 
 from firmware_py.adapters.installation import configs
@@ -17,6 +20,16 @@ def test_the_reference_of_every_key_is_up_to_date() -> None:
     assert configuration_reference.PATH.read_text() == configuration_reference.page(), (
         "run: .venv/bin/python -m sternplane.codegen.configuration_reference"
     )
+
+
+def test_the_small_scenario_flies_and_a_later_order_keeps_what_it_does_not_name() -> None:
+    scenario = {**tomllib.loads(configuration_reference.SCENARIO), "duration_s": 89.0}
+    flight = sternplane.fly(scenario, set={"autopilot.control.adoption.enabled": False})
+    c = flight.recording.columns
+    depth, heading = c["reference.z_d"][-1], np.degrees(c["reference.psi_d"][-1])
+    assert flight.completed
+    assert (depth, heading) == pytest.approx((8.0, 90.0), abs=1.0)
+    assert flight.recording.truth["z"][-1] == pytest.approx(8.0, abs=0.4)
 
 
 def test_the_reference_names_every_fault_and_every_file() -> None:
