@@ -142,4 +142,3 @@ class LineOfSight:
     def thaw(self, memory: float) -> None:
         """Restore the memory that `freeze` returned."""
         self._memory = memory
-

@@ -244,8 +244,8 @@ CASES = (
     Case(
         "valid is right",
         "Whole flights of two hulls, NPS AUV II and REMUS 100, with vehicle files that are wrong in the ten, in added "
-        "mass, in drag, in buoyancy, or in everything else, some in eddies of 0.05 or 0.03 m/s; what is called valid is "
-        "held against the truth.",
+        "mass, in drag, in buoyancy, or in everything else, some in eddies of 0.05 or 0.03 m/s; what is called valid "
+        "is held against the truth.",
         *(_run, _evaluate, 10 * len(WAYS), 6),
     ),
 )
