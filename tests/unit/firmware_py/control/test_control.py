@@ -15,7 +15,7 @@ from firmware_py.control.sliding_mode_params import GainSet
 from firmware_py.marine import Eta, Nu
 from firmware_py.params import ParamError, dump, load
 from firmware_py.records.command import Demand, ModeState, Reference
-from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.estimate import StateEstimate, VelocitySource
 from firmware_py.records.order import NO_ORDER, Mode, Order, Sticks
 from firmware_py.tick import Tick
 from firmware_py.vehicle.linear_models import diving_model
@@ -106,11 +106,12 @@ def test_a_vehicle_that_sinks_on_a_level_keel_is_steered_bow_up(params: ControlP
 
 
 @every_law
-def test_fins_answer_by_the_speed_through_the_water(params: ControlParams) -> None:
+def test_without_ping_and_filter_fins_answer_by_the_speed_through_the_water(params: ControlParams) -> None:
     """Against a current of 0.8 m/s the gains by the speed over the ground are those of another vehicle."""
 
     def answer(u: float, water: tuple[float, float]) -> tuple[float, float]:
-        at = dataclasses.replace(state(u=u, z=9.9, q=0.01, r=0.01), water=water, water_std=0.05)
+        source = VelocitySource.HULL_MODEL
+        at = dataclasses.replace(state(u=u, z=9.9, q=0.01, r=0.01), water=water, velocity_source=source)
         demand = hold(Control(params, VEHICLE), at)
         return demand.delta_s, demand.delta_r
 
