@@ -21,13 +21,8 @@ def add_studies(commands: Any, lazily: Lazily) -> None:
         "second start with the same --out goes on where the first was broken off.",
         epilog="Exit status 0 if every target is met, 1 if not (what is missed is named), 2 for bad input.",
     )
-    estimation.add_argument(
-        "--seeds", metavar="A:B", help="seeds A to B - 1; tune below 1000 [1000:1400, for the figures that count]"
-    )
-    estimation.add_argument("--short", action="store_true", help="fewer seeds, same cases: the form for CI")
-    estimation.add_argument("--out", type=Path, metavar="DIR", help="where they are left [runs/<stamp>]")
-    vehicle.add_settings(estimation, "autopilot.estimation.coefficients")
-    _add_no_report(estimation)
+    _add_seeds(estimation, "1000:1400", "fewer seeds, same cases")
+    _add_leaving(estimation, "autopilot.estimation.coefficients")
     estimation.set_defaults(run=lazily("sternplane.study.command", draws=True))
 
     adaptation = studies.add_parser(
@@ -38,13 +33,8 @@ def add_studies(commands: Any, lazily: Lazily) -> None:
         "the runs. A second start with the same --out goes on where the first was broken off.",
         epilog="Exit status 0 if every target is met, 1 if not (what is missed is named), 2 for bad input.",
     )
-    adaptation.add_argument(
-        "--seeds", metavar="A:B", help="seeds A to B - 1; tune below 1000 [1000:1040, for the figures that count]"
-    )
-    adaptation.add_argument("--short", action="store_true", help="one or two seeds, same cases: the form for CI")
-    adaptation.add_argument("--out", type=Path, metavar="DIR", help="where they are left [runs/<stamp>]")
-    vehicle.add_settings(adaptation, "autopilot, sensors or io")
-    _add_no_report(adaptation)
+    _add_seeds(adaptation, "1000:1040", "one or two seeds, same cases")
+    _add_leaving(adaptation, "autopilot, sensors or io")
     adaptation.set_defaults(run=lazily("sternplane.study.adaptation.command", draws=True))
 
     tuning = studies.add_parser(
@@ -70,10 +60,7 @@ def add_studies(commands: Any, lazily: Lazily) -> None:
         epilog="Exit status 0 if no flight is unsafe and every target is met, 1 if not (what is missed is named), "
         "2 for bad input.",
     )
-    safety.add_argument(
-        "--seeds", metavar="A:B", help="seeds A to B - 1; tune below 1000 [1000:1008, for the figures that count]"
-    )
-    safety.add_argument("--short", action="store_true", help="some faults, one onset and seed each: the form for CI")
+    _add_seeds(safety, "1000:1008", "some faults, one onset and seed each")
     safety.add_argument(
         "--trial",
         action="append",
@@ -81,9 +68,7 @@ def add_studies(commands: Any, lazily: Lazily) -> None:
         metavar="TITLE",
         help="this trial alone, as the report names it, such as off:dvl, without quiet flights; may be repeated",
     )
-    safety.add_argument("--out", type=Path, metavar="DIR", help="where they are left [runs/<stamp>]")
-    vehicle.add_settings(safety, "autopilot, vehicle, truth, sensors or io")
-    _add_no_report(safety)
+    _add_leaving(safety, "autopilot, vehicle, truth, sensors or io")
     safety.set_defaults(run=lazily("sternplane.study.safety.command", draws=True))
 
     paper = commands.add_parser(
@@ -97,6 +82,21 @@ def add_studies(commands: Any, lazily: Lazily) -> None:
     vehicle.add_settings(paper, "autopilot, sensors or io, of the flights")
     _add_no_report(paper, "results.json, and make no report.html and no figures")
     paper.set_defaults(run=lazily("sternplane.paper.command", draws=True))
+
+
+def _add_seeds(study: argparse.ArgumentParser, counted: str, short: str) -> None:
+    """Add which seeds are flown, `counted` unless told otherwise, and the form for CI."""
+    study.add_argument(
+        "--seeds", metavar="A:B", help=f"seeds A to B - 1; tune below 1000 [{counted}, for the figures that count]"
+    )
+    study.add_argument("--short", action="store_true", help=f"{short}: the form for CI")
+
+
+def _add_leaving(study: argparse.ArgumentParser, keys: str) -> None:
+    """Add where a study leaves its files, which `keys` may be set, and whether there is a report."""
+    study.add_argument("--out", type=Path, metavar="DIR", help="where they are left [runs/<stamp>]")
+    vehicle.add_settings(study, keys)
+    _add_no_report(study)
 
 
 def _add_no_report(command: argparse.ArgumentParser, leaves: str = "results.json, and make no report.html") -> None:

@@ -83,7 +83,7 @@ NPS = Hull("npsauv2", 1.8, 492.0, "delta_s_deg = 15.0, delta_r_deg = 15.0")
 EDDIES = "current_ned_m_s = [0.12, 0.16, 0.0]\nturbulence_m_s = 0.05"
 """Water of a scenario: eddies, in a current of 0.2 m/s."""
 BETWEEN = "current_ned_m_s = [0.06, 0.08, 0.0]\nturbulence_m_s = 0.03"
-"""The same, between two intensities of the bank."""
+"""Water with eddies between two intensities of the bank, in a current of 0.1 m/s."""
 REMUS = Hull("remus100", 1.5, 1461.0, "delta_s_deg = 3.0, delta_r_deg = 5.0, clock_s = 1.0")
 
 
