@@ -7,7 +7,8 @@ before, and its motion anew.
 
 The motion says also of fins that they are weak where strong eddies, which the filter holds for likely then, explain it
 all to the filter, and much later. Since when nobody can tell, so nothing of the axis counts as known, nor of what the
-flight told by the way: added mass, drag.
+flight told by the way: added mass, drag. The fins of both axes are uncertain by a boost besides: planes that were taken
+for sound spoilt what was learned anew of the rudders.
 
 A fin that reports no angle and obeys is off by its servo's lag and play (`vehicle.servo`). One that stays somewhere is
 off by as much as it can turn, and what it makes then looks as if the others of its axis had lost their effect, or
@@ -190,6 +191,7 @@ class DoubtedFins:
         if found:
             self._go_back(t, math.inf)
             self._ekf.forget("".join(found))
+            self._ekf.boost(self._ekf.withheld)
         self._memory = self._memory._replace(weak=weak)
         return bool(found)
 
