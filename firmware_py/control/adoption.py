@@ -185,7 +185,7 @@ class Adoption:
         )
         for axis, rate, unknown in zip(self._axes, (q, r), held, strict=True):
             if judged and not unknown:
-                axis.weigh(tick.t, frame, applied, Motion(nu.u, rate / ticks, eta.theta, nu.w, 0.0))
+                axis.weigh(tick.t, frame, applied, Motion(state.through_water, rate / ticks, eta.theta, nu.w, 0.0))
             else:
                 axis.pause()
 

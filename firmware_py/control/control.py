@@ -170,14 +170,14 @@ class Control:
         eta, nu = state.eta, state.nu
         finite = math.isfinite(sum(nu) + eta.z + eta.phi + eta.theta + eta.psi)
         if finite and tick.every(Rate.HZ_10):
-            self._schedule(state.design_speed, adopted)
+            self._schedule(state.through_water, adopted)
         if mode.mode is Mode.MANUAL:
             return self._manual(tick, order, state if finite else None)
         if not finite:
             return Demand(math.nan, math.nan, self._speed.update(reference.u_d, 0.0, False, tick.dt), 0.0, 0.0)
         dt = tick.dt
         theta_dot, psi_dot = attitude_rates(state)
-        fade = clip(state.design_speed / self._params.u_min, 0.0, 1.0)
+        fade = clip(state.through_water / self._params.u_min, 0.0, 1.0)
         if mode.mode is Mode.SURFACE:
             return self._come_up(mode, reference, state, theta_dot, psi_dot, fade, dt)
         steered = None if self._own is None else steering(self._own, tick, reference, state)
@@ -261,7 +261,7 @@ class Control:
         if not state.attitude_ok or state.sensors.ahrs.tilt_doubted:
             delta_s = self._pitch.update_blind(mode.pitch, state, reference.u_d, dt) if drives else 0.0
         else:
-            design = clip(state.design_speed, self._params.u_min, self._params.u_max)
+            design = clip(state.through_water, self._params.u_min, self._params.u_max)
             delta_s = fade * self._pitch.update(mode.pitch, state, theta_dot, design, dt)
         if not (drives and state.attitude_ok):
             return Demand(delta_s, 0.0, n, 0.0, 0.0)

@@ -118,14 +118,6 @@ class StateEstimate:
         return self.nu.u - (north * math.cos(psi) + east * math.sin(psi)) * math.cos(theta)
 
     @property
-    def design_speed(self) -> float:
-        """Return the speed by which laws are designed, m/s: through the water where no ping and no filter tells it.
-
-        Without them a current that is wrong is in the speed over the ground, and not in that through the water.
-        """
-        return self.through_water if self.velocity_source is VelocitySource.HULL_MODEL else self.nu.u
-
-    @property
     def z_dot(self) -> float:
         """Return the vertical velocity, m/s, down positive (Fossen 2011, third row of Eq. 2.18); NaN: unknown."""
         _, _, _, phi, theta, _ = self.eta

@@ -106,11 +106,11 @@ def test_a_vehicle_that_sinks_on_a_level_keel_is_steered_bow_up(params: ControlP
 
 
 @every_law
-def test_without_ping_and_filter_fins_answer_by_the_speed_through_the_water(params: ControlParams) -> None:
+@pytest.mark.parametrize("source", VelocitySource)
+def test_fins_answer_by_the_speed_through_the_water(params: ControlParams, source: VelocitySource) -> None:
     """Against a current of 0.8 m/s the gains by the speed over the ground are those of another vehicle."""
 
     def answer(u: float, water: tuple[float, float]) -> tuple[float, float]:
-        source = VelocitySource.HULL_MODEL
         at = dataclasses.replace(state(u=u, z=9.9, q=0.01, r=0.01), water=water, velocity_source=source)
         demand = hold(Control(params, VEHICLE), at)
         return demand.delta_s, demand.delta_r
