@@ -7,6 +7,9 @@ from firmware_py.estimation.integrity.sources import Sources
 from firmware_py.estimation.integrity.vertical_check import VerticalCheck
 from firmware_py.records.health import SourceFault
 
+_MOMENT = 0.5
+"""What is not decided for a shorter time, s, speaks against the pressure alone, which the depth rests on."""
+
 
 def accuse_depth(
     accused: Accused, t: float, sources: Sources, vertical: VerticalCheck, slip: float, pinged: bool
@@ -35,7 +38,7 @@ def accuse_depth(
         dvl.acquit()
     else:
         pressure.accuse(SourceFault.UNDECIDED, t)
-        if dvl.believed and pinged:
+        if dvl.believed and pinged and t - pressure.memory.t_fault >= _MOMENT:
             dvl.accuse(SourceFault.UNDECIDED, t)
         if accused is Accused.SHALLOW_CARRIED and vertical.stands_in:
             vertical.trust()

@@ -18,7 +18,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from firmware_py.estimation.integrity.source_watch import SourceWatch
-from firmware_py.records.health import SourceFault
+from firmware_py.records.health import HEADING_FAULTS, SourceFault
 
 _CLEAR = 0.5
 """One of the two is wrong, if the other changed less than this share of it."""
@@ -37,6 +37,14 @@ _SUDDEN = 0.6
 """It is a leap, if so much of what came in 5 s came in the last second: a pitch drifts, while eddies heave the hull."""
 _MODEL_TIME = 5.0
 """The model's threshold is for so long, s, and grows from there in proportion to the time."""
+_NOT_OF_PITCH = (
+    SourceFault.NONE,
+    SourceFault.OUTLIERS,
+    SourceFault.UNDECIDED,
+    SourceFault.CONTRADICTED,
+    *HEADING_FAULTS,
+)
+"""Under these suspicions it is as likely the DVL that is wrong."""
 
 
 class Accused(enum.Enum):
@@ -181,6 +189,8 @@ def _went_apart(now: Entry, history: Sequence[Entry]) -> float:
 def accuse_carried(t: float, which: Accused, slip: float, ahrs: SourceWatch, dvl: SourceWatch) -> None:
     """Accuse DVL or pitch, or both where nothing tells; the depth is by the pressure then, and needs neither.
 
+    A pitch that something else speaks against explains it all: the DVL is not accused beside it.
+
     Args:
         t: the time, s.
         which: what `dvl_or_pitch` says.
@@ -195,7 +205,8 @@ def accuse_carried(t: float, which: Accused, slip: float, ahrs: SourceWatch, dvl
         dvl.accuse(SourceFault.DRIFT, t)
         ahrs.acquit()
     else:
-        dvl.accuse(SourceFault.UNDECIDED, t)
+        if ahrs.memory.fault in _NOT_OF_PITCH:
+            dvl.accuse(SourceFault.UNDECIDED, t)
         ahrs.accuse(SourceFault.UNDECIDED, t)
 
 

@@ -34,7 +34,7 @@ class SourceMemory:
     """What is remembered of one sensor; times in s.
 
     `held` is the last measurement that was passed on, `passed` whether the newest was. `fault` is what spoke against it
-    last, at `t_bad`; `lost` why it is lost, if it is. `t_steady` is since when it is heard without a long gap;
+    last, at `t_bad`, since `t_fault`; `lost` why it is lost, if it is. `t_steady` is since when it is heard without a long gap;
     `t_withheld` when it was last heard while its node was not believed. `motion` is what others told of the motion when
     its value was a new one.
     """
@@ -47,6 +47,7 @@ class SourceMemory:
     t_withheld: float = -math.inf
     fault: SourceFault = SourceFault.NONE
     t_bad: float = -math.inf
+    t_fault: float = -math.inf
     lost: SourceFault = SourceFault.NONE
     value: Any = None
     repeats: int = 0
@@ -194,8 +195,8 @@ class SourceWatch:
         memory, first = self.memory, self.memory.fault
         mild = first in _MILD and fault not in _MILDEST
         if first in (SourceFault.NONE, SourceFault.OUTLIERS) or mild or fault is SourceFault.FROZEN:
-            self.news = self.news or memory.fault is not fault
-            memory.fault = fault
+            if memory.fault is not fault:
+                memory.fault, memory.t_fault, self.news = fault, t, True
         memory.t_bad = t
         self.clean = False
 
