@@ -194,9 +194,9 @@ class SourceWatch:
         """
         memory, first = self.memory, self.memory.fault
         mild = first in _MILD and fault not in _MILDEST
-        if first in (SourceFault.NONE, SourceFault.OUTLIERS) or mild or fault is SourceFault.FROZEN:
-            if memory.fault is not fault:
-                memory.fault, memory.t_fault, self.news = fault, t, True
+        gives_way = first in (SourceFault.NONE, SourceFault.OUTLIERS) or mild or fault is SourceFault.FROZEN
+        if gives_way and first is not fault:
+            memory.fault, memory.t_fault, self.news = fault, t, True
         memory.t_bad = t
         self.clean = False
 
