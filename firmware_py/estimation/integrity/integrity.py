@@ -62,8 +62,7 @@ class SensorIntegrity:
         moving: tuple[Any, ...] = (self._vertical, self._attitude, self._velocity, self.model)
         self._checks = (*moving, self._altitude, self._fixes)
         self._stand_in: Heard[Ahrs] | None = None
-        self._ping = (-math.inf, 0.0, 0.0, 0.0)
-        self.correction = NO_CORRECTION
+        self._ping, self.correction = (-math.inf, 0.0, 0.0, 0.0), NO_CORRECTION
 
     @property
     def health(self) -> SensorHealth:
@@ -134,17 +133,17 @@ class SensorIntegrity:
         dt = heard.t_valid - before
         if not (watch.memory.passed and 0.0 < dt <= _GAP):
             return
-        phi, theta, _, p, q, r = out.value
+        phi, theta, psi, p, q, r = out.value
         self._velocity.turn(p, q, r)
         self.model.hear_rate(r)
         s, c = math.sin(theta), math.cos(theta)
-        velocity = self._velocity.memory
+        velocity, (t_ping, u, v, w) = self._velocity.memory, self._ping
         model = raw = -velocity.likely * s
-        t_ping, u, v, w = self._ping
         pinged, heave = t - t_ping <= _PING_AGE, 0.0
         if pinged:
             heave = (v * math.sin(phi) + w * math.cos(phi)) * c
             raw = -u * s + heave
+        self._velocity.way.carry(dt, psi, theta, (u, v) if pinged else None, self.model.velocity)
         self._vertical.carry_raw(t, dt, raw, heave, heave - velocity.driven * s, pinged)
         if sources.attitude_used:
             by_dvl = pinged and velocity.measured and sources.dvl.believed
@@ -220,13 +219,14 @@ class SensorIntegrity:
         if watch.hear(heard, t) and self._fixes.check(heard, t, self._depth, watch):
             watch.take(heard)
             self._vertical.float_up()
+            if self._velocity.way.hear(heard.value, t):
+                self._sources.dvl.accuse(SourceFault.CONTRADICTED, t)
 
     def _motion(self) -> tuple[float, ...]:
         """Return depth and speed through the water, as `SourceWatch.hear` takes them; empty where nothing moves."""
         depth = self._vertical.depth
-        if depth != depth or self._sources.ahrs.memory.repeats:
-            return ()
-        return depth / _DIVED, self.model.speed / _SPED
+        known = depth == depth and not self._sources.ahrs.memory.repeats
+        return (depth / _DIVED, self.model.speed / _SPED) if known else ()
 
     @property
     def _depth(self) -> float:
@@ -289,8 +289,8 @@ class SensorIntegrity:
 
     def freeze(self) -> IntegrityMemory:
         """Return the whole memory."""
-        checks: Any = [check.freeze() for check in self._checks]
-        return IntegrityMemory(*(self._sources.freeze(), *checks, self._stand_in, self._ping))
+        checks: Any = [part.freeze() for part in (self._sources, *self._checks)]
+        return IntegrityMemory(*(*checks, self._stand_in, self._ping))
 
     def thaw(self, memory: IntegrityMemory) -> None:
         """Restore the memory that `freeze` returned."""

@@ -34,7 +34,7 @@ class SourceMemory:
     """What is remembered of one sensor; times in s.
 
     `held` is the last measurement that was passed on, `passed` whether the newest was. `fault` is what spoke against it
-    last, at `t_bad`, since `t_fault`; `lost` why it is lost, if it is. `t_steady` is since when it is heard without gaps;
+    last, at `t_bad`, since `t_fault`; `lost` why it is lost, if so. `t_steady` is since when it is heard without gaps;
     `t_withheld` when it was last heard while its node was not believed. `motion` is what others told of the motion when
     its value was a new one.
     """

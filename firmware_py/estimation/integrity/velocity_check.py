@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from firmware_py.estimation.integrity.current_check import CurrentCheck, CurrentCheckMemory
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.integrity.source_watch import SourceWatch
+from firmware_py.estimation.integrity.way_check import WayCheck, WayCheckMemory
 from firmware_py.records.health import SourceFault
 from firmware_py.records.sensing import Dvl, Heard
 from firmware_py.vehicle.vehicle import Vehicle
@@ -39,7 +40,8 @@ class VelocityCheckMemory:
 
     `driven` is the speed that thrust and drag alone make, in whatever current, m/s; NaN: the propeller does not drive,
     and what it drove the hull to before is braked away.
-    `turning` is the square of the greatest rate of turn since then, rad^2/s^2; `current` what `CurrentCheck` remembers.
+    `turning` is the square of the greatest rate of turn since then, rad^2/s^2; `current` and `way` are what
+    `CurrentCheck` and `WayCheck` remember.
     """
 
     t: float = -math.inf
@@ -52,14 +54,15 @@ class VelocityCheckMemory:
     measured: bool = False
     turning: float = 0.0
     current: CurrentCheckMemory = field(default_factory=CurrentCheckMemory)
+    way: WayCheckMemory = field(default_factory=WayCheckMemory)
 
 
 class VelocityCheck:
-    """Checks the velocities of pings; `current` is to be told what the coefficient filter knows."""
+    """Checks the velocities of pings; `current` is to be told what the coefficient filter knows, `way` of fixes."""
 
     def __init__(self, params: IntegrityParams, vehicle: Vehicle, current_walk: float) -> None:
         """Take limits and vehicle, and how the current walks, m/s a root of a second."""
-        self._params, self.current = params, CurrentCheck(current_walk, vehicle)
+        self._params, self.current, self.way = params, CurrentCheck(current_walk, vehicle), WayCheck()
         hull, propeller = vehicle.hull, vehicle.propeller
         self._ratio = propeller.u_trim / propeller.n_trim
         self._half, self._lever = 0.5 * hull.length, _LEVER * hull.length
@@ -106,6 +109,8 @@ class VelocityCheck:
         told = self.current.judge(heard, psi, theta, watch.believed)
         if told is not SourceFault.NONE:
             watch.accuse(told, t)
+        if self.way.still_wrong(heard.value, psi, self.current.hull):
+            watch.accuse(SourceFault.CONTRADICTED, t)
         if not watch.believed:
             if memory.measured and watch.memory.fault is SourceFault.DRIFT and memory.driven > 0.0:
                 memory.likely = memory.driven  # it has followed what drifted
@@ -118,6 +123,7 @@ class VelocityCheck:
                 watch.accuse(SourceFault.STEP, t)
             memory.measured, memory.turning = False, 0.0
             return True
+        self.way.clear()
         if not memory.measured or gap > _GAP:
             self._take(heard, True)
             return True
@@ -149,10 +155,11 @@ class VelocityCheck:
     def freeze(self) -> VelocityCheckMemory:
         """Return the whole memory."""
         memory = copy.copy(self.memory)
-        memory.current = self.current.freeze()
+        memory.current, memory.way = self.current.freeze(), self.way.freeze()
         return memory
 
     def thaw(self, memory: VelocityCheckMemory) -> None:
         """Restore the memory that `freeze` returned."""
         self.memory = copy.copy(memory)
         self.current.thaw(memory.current)
+        self.way.thaw(memory.way)

@@ -1,0 +1,103 @@
+"""A DVL against fixes at the surface: what it is off by, whatever the current, and how long that is remembered."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firmware_py.estimation.integrity.way_check import WayCheck
+from firmware_py.estimation.navigation.velocity import Current, HullVelocity
+from firmware_py.marine import EARTH_RADIUS
+from firmware_py.records.sensing import Dvl, Fix
+
+STD, U = 2.5, 1.2
+LATITUDE, LONGITUDE = 0.9, 0.2
+NOWHERE = Current(0.0, 0.0, math.inf, -math.inf)
+HULL = HullVelocity(U, 0.0, NOWHERE)
+
+
+def drive(
+    check: WayCheck,
+    seconds: int,
+    *,
+    current: tuple[float, float] = (0.0, 0.0),
+    lie: float = 0.0,
+    walk: float = 0.0,
+    turning: float = 0.02,
+    seed: int = 0,
+    begin: int = 0,
+) -> float:
+    """Drive at the surface with a fix a second; when the DVL was wrong first, s, infinite if never.
+
+    The DVL's u is off by `lie`, fixes walk to the north at `walk`, m/s; the vehicle turns at `turning`, rad/s.
+    """
+    noise, (north, east), first = np.random.default_rng(seed), (0.0, 0.0), math.inf
+    for t in range(begin, begin + seconds):
+        fix_n, fix_e = north + walk * t + noise.normal(0.0, STD), east + noise.normal(0.0, STD)
+        latitude = LATITUDE + fix_n / EARTH_RADIUS
+        longitude = LONGITUDE + fix_e / EARTH_RADIUS / math.cos(LATITUDE)
+        if check.hear(Fix(latitude, longitude, STD), float(t)):
+            first = min(first, float(t))
+        for k in range(20):
+            psi = turning * (t + k / 20.0)
+            s, c = math.sin(psi), math.cos(psi)
+            ping = U + current[0] * c + current[1] * s, current[1] * c - current[0] * s
+            north, east = north + (ping[0] * c - ping[1] * s) / 20.0, east + (ping[0] * s + ping[1] * c) / 20.0
+            check.carry(0.05, psi, 0.0, (ping[0] + lie, ping[1]), HULL)
+    return first
+
+
+def wrong_under_water(check: WayCheck, psi: float, current: tuple[float, float], lie: float) -> bool:
+    s, c = math.sin(psi), math.cos(psi)
+    ping = Dvl(U + lie + current[0] * c + current[1] * s, current[1] * c - current[0] * s, 0.0, 0.01, 20.0)
+    return check.still_wrong(ping, psi, HULL)
+
+
+@pytest.mark.parametrize("lie", [-1.5, -0.8, 0.8, 1.5])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_dvl_that_is_off_is_wrong_before_anything_believes_it(lie: float, seed: int) -> None:
+    at = drive(WayCheck(), 30, lie=lie, current=(0.1, -0.2), seed=seed)
+    assert at <= (12.0 if abs(lie) > 1.0 else 20.0)
+
+
+@given(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5), st.integers(0, 10**6))
+def test_no_current_makes_a_sound_one_wrong(north: float, east: float, seed: int) -> None:
+    assert drive(WayCheck(), 40, current=(north, east), seed=seed) == math.inf
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_fixes_that_walk_off_convict_no_dvl(seed: int) -> None:
+    assert drive(WayCheck(), 40, walk=1.5, current=(0.1, 0.1), seed=seed) == math.inf
+
+
+def test_under_water_it_is_wrong_on_every_heading_until_it_tells_of_the_current_that_the_fixes_told() -> None:
+    check, current = WayCheck(), (0.2, -0.1)
+    assert drive(check, 30, lie=-1.0, current=current) < 30.0
+    check.carry(0.05, 0.0, 0.0, None, HULL)  # fixes and pings end
+    for psi in np.linspace(-3.0, 3.0, 7).tolist():
+        assert wrong_under_water(check, psi, current, -1.0)
+        assert not wrong_under_water(check, psi, current, 0.0)
+    assert check.still_wrong(Dvl(0.0, 0.0, 0.0, 0.01, 20.0), 0.0, None)
+    check.clear()
+    assert not wrong_under_water(check, 0.0, current, -1.0)
+
+
+def test_back_at_the_surface_fixes_clear_what_has_been_put_right() -> None:
+    check = WayCheck()
+    drive(check, 30, lie=1.0)
+    assert check.memory.lie > 0.0
+    drive(check, 60, begin=200)
+    assert check.memory.lie == 0.0
+
+
+def test_thawed_it_goes_on_as_the_frozen_one() -> None:
+    check, other = WayCheck(), WayCheck()
+    drive(check, 9, lie=1.0)
+    other.thaw(check.freeze())
+    drive(check, 20, lie=1.0, begin=9)
+    drive(other, 20, lie=1.0, begin=9)
+    assert check.memory == other.memory
