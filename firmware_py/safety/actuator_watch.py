@@ -153,7 +153,10 @@ class ActuatorWatch:
         return thrust.update(ping) is not before
 
     def _judged(self, frame: SensorFrame) -> ActuatorHealth:
-        """Return the health: what reports show comes first; what moves and has no effect is lost, or weak."""
+        """Return the health: what reports show comes first; what moves and has no effect is lost, or weak.
+
+        Where a fin reports nothing, the loss of its axis is its own: one beside it that reports, and obeys, is sound.
+        """
         *fins, propeller = [watch.fault for watch in self._feedback]
         if propeller in _UNSEEN and self._thrust.fault is not ActuatorFault.NONE:
             propeller = self._thrust.fault
@@ -162,10 +165,16 @@ class ActuatorWatch:
             if fault in _UNSEEN and self._hull.stuck(i) == self._hull.stuck(i):
                 fins[i] = ActuatorFault.JAMMED
             elif fault in _UNSEEN and acts is not ActuatorFault.NONE:
-                stands = acts is ActuatorFault.LOST and not watch.reports
-                fins[i] = ActuatorFault.JAMMED if stands else acts
+                lost = acts is ActuatorFault.LOST
+                if not (lost and watch.reports and self._beside_silent(i)):
+                    fins[i] = ActuatorFault.JAMMED if lost and not watch.reports else acts
         left = tuple([self._left(i, fault, frame) for i, fault in enumerate(fins)])
         return ActuatorHealth(tuple(fins), propeller, self._drop_weight.state, left)
+
+    def _beside_silent(self, i: int) -> bool:
+        """Return whether a fin that reports nothing acts on an axis of a fin."""
+        rows = [row for row in self._rows if row[i]]
+        return any(row[j] and not watch.reports for row in rows for j, watch in enumerate(self._feedback[:-1]))
 
     def _left(self, i: int, fault: ActuatorFault, frame: SensorFrame) -> FinHealth:
         """Return what is left of a fin."""

@@ -42,3 +42,26 @@ def test_the_altitude_of_a_ping_that_is_late_contradicts_no_altimeter(tmp_path: 
     verdict = flown(tmp_path, "late:dvl=3", 0, 1)
     assert verdict.ending.value == "flown"
     assert not verdict.wrong
+
+
+@pytest.mark.parametrize("lie", ["-1.5", "1.5"])
+def test_a_dvl_that_lies_from_switch_on_is_convicted_by_the_fixes_and_the_mission_flown(
+    tmp_path: Path, lie: str
+) -> None:
+    """Under water its lie is a current: it was 550 m off its way, or came up for a depth that was right."""
+    verdict = flown(tmp_path, f"bias:dvl.u={lie} from the start", 0, 3)
+    assert verdict.ending.value == "flown"
+    assert not verdict.wrong
+    ((t, *told),) = verdict.flight["found"]["said"]
+    assert told == ["dvl", "CONTRADICTED"]
+    assert t < 15.0
+
+
+def test_a_plane_that_jams_unreported_leaves_the_one_beside_it_that_reports_sound(tmp_path: Path) -> None:
+    verdict = flown(tmp_path, "jam:stern_port=23, no feedback", 0, 3)
+    assert not verdict.accused
+    assert not verdict.unsafe
+    assert [tuple(told) for _, *told in verdict.flight["found"]["said"]] == [
+        ("stern_port", "SILENT"),
+        ("stern_port", "JAMMED"),
+    ]

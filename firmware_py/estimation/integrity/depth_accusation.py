@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from firmware_py.estimation.integrity.depth_arbitration import Accused, accuse_carried
+from firmware_py.estimation.integrity.depth_arbitration import Accused, accuse_carried, came_back
 from firmware_py.estimation.integrity.sources import Sources
 from firmware_py.estimation.integrity.vertical_check import VerticalCheck
 from firmware_py.records.health import SourceFault
@@ -39,6 +39,6 @@ def accuse_depth(
     else:
         pressure.accuse(SourceFault.UNDECIDED, t)
         if dvl.believed and pinged and t - pressure.memory.t_fault >= _MOMENT:
-            dvl.accuse(SourceFault.UNDECIDED, t)
+            (sources.ahrs if came_back(sources.ahrs, dvl, t) else dvl).accuse(SourceFault.UNDECIDED, t)
         if accused is Accused.SHALLOW_CARRIED and vertical.stands_in:
             vertical.trust()

@@ -45,6 +45,10 @@ _NOT_OF_PITCH = (
     *HEADING_FAULTS,
 )
 """Under these suspicions it is as likely the DVL that is wrong."""
+_NEWCOMER = 60.0
+"""An AHRS that is heard again for a shorter time, s, is to blame before a DVL that was there all along."""
+_EXPLAINS = 5.0
+"""For so long, s, what a DVL that is convicted has told is in what is compared."""
 
 
 class Accused(enum.Enum):
@@ -189,7 +193,8 @@ def _went_apart(now: Entry, history: Sequence[Entry]) -> float:
 def accuse_carried(t: float, which: Accused, slip: float, ahrs: SourceWatch, dvl: SourceWatch) -> None:
     """Accuse DVL or pitch, or both where nothing tells; the depth is by the pressure then, and needs neither.
 
-    A pitch that something else speaks against explains it all: the DVL is not accused beside it.
+    A pitch that something else speaks against explains it all, as does a DVL that was convicted just before: the other
+    one is not accused beside it.
 
     Args:
         t: the time, s.
@@ -205,9 +210,16 @@ def accuse_carried(t: float, which: Accused, slip: float, ahrs: SourceWatch, dvl
         dvl.accuse(SourceFault.DRIFT, t)
         ahrs.acquit()
     else:
-        if ahrs.memory.fault in _NOT_OF_PITCH:
+        if ahrs.memory.fault in _NOT_OF_PITCH and not came_back(ahrs, dvl, t):
             dvl.accuse(SourceFault.UNDECIDED, t)
-        ahrs.accuse(SourceFault.UNDECIDED, t)
+        if dvl.believed or t - dvl.memory.t_fault > _EXPLAINS:
+            ahrs.accuse(SourceFault.UNDECIDED, t)
+
+
+def came_back(ahrs: SourceWatch, dvl: SourceWatch, t: float) -> bool:
+    """Return whether the AHRS was away not long ago, and the DVL was not: it may be late, or mounted anew."""
+    since = ahrs.memory.t_steady
+    return t - since < _NEWCOMER and dvl.memory.t_steady < since - 1.0
 
 
 def judge_again(

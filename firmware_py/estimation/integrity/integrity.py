@@ -44,7 +44,8 @@ _GAP = 0.5
 _PING_AGE = 1.0
 """An older ping no longer carries the depth, s."""
 _PITCH_HOLDS = (SourceFault.NONE, SourceFault.OUTLIERS, *HEADING_FAULTS)
-"""Under any other suspicion, a pitch convicts no other sensor: its gyro is no second witness."""
+"""Under any other suspicion, a pitch convicts no other sensor: its gyro is no second witness. Nor does one that was
+lost, and is heard again not for long enough: it may be late."""
 
 
 class SensorIntegrity:
@@ -61,8 +62,8 @@ class SensorIntegrity:
         self._fixes = FixCheck(params.fix_sigmas, params.fix_deep)
         moving: tuple[Any, ...] = (self._vertical, self._attitude, self._velocity, self.model)
         self._checks = (*moving, self._altitude, self._fixes)
-        self._stand_in: Heard[Ahrs] | None = None
         self._ping, self.correction = (-math.inf, 0.0, 0.0, 0.0), NO_CORRECTION
+        self._stand_in: Heard[Ahrs] | None = None
 
     @property
     def health(self) -> SensorHealth:
@@ -139,17 +140,17 @@ class SensorIntegrity:
         s, c = math.sin(theta), math.cos(theta)
         velocity, (t_ping, u, v, w) = self._velocity.memory, self._ping
         model = raw = -velocity.likely * s
-        pinged, heave = t - t_ping <= _PING_AGE, 0.0
+        pinged, heave, back = t - t_ping <= _PING_AGE, 0.0, sources.ahrs.memory.lost is SourceFault.NONE
         if pinged:
             heave = (v * math.sin(phi) + w * math.cos(phi)) * c
             raw = -u * s + heave
         self._velocity.way.carry(dt, psi, theta, (u, v) if pinged else None, self.model.velocity)
-        self._vertical.carry_raw(t, dt, raw, heave, heave - velocity.driven * s, pinged)
+        self._vertical.carry_raw(t, dt, raw, heave, heave - velocity.driven * s, pinged and back)
         if sources.attitude_used:
             by_dvl = pinged and velocity.measured and sources.dvl.believed
             tilted = abs(theta) > _STEEP or abs(phi) > _ROLLED
             modelled = velocity.holds and velocity.likely > _UNDER_WAY and not tilted
-            known = (by_dvl or modelled) and sources.ahrs.memory.fault in _PITCH_HOLDS
+            known = (by_dvl or modelled) and back and sources.ahrs.memory.fault in _PITCH_HOLDS
             self._vertical.carry(t, dt, model, raw, by_dvl, modelled, known)
 
     def _hear_dvl(self, heard: Heard[Dvl], t: float) -> None:
@@ -215,9 +216,8 @@ class SensorIntegrity:
             self.correction = self.correction._replace(depth=depth)
 
     def _hear_fix(self, heard: Heard[Fix], t: float) -> None:
-        watch = self._sources.fix
-        if watch.hear(heard, t) and self._fixes.check(heard, t, self._depth, watch):
-            watch.take(heard)
+        if self._sources.fix.hear(heard, t) and self._fixes.check(heard, t, self._depth, self._sources.fix):
+            self._sources.fix.take(heard)
             self._vertical.float_up()
             if self._velocity.way.hear(heard.value, t):
                 self._sources.dvl.accuse(SourceFault.CONTRADICTED, t)

@@ -105,6 +105,15 @@ def test_a_pitch_that_was_off_from_the_start_is_not_laid_upon_the_dvl_alone() ->
     assert suspects(list(voyage(20.0, {"ahrs": fault}, dive=LEVEL))) >= {("ahrs", F.UNDECIDED), ("dvl", F.UNDECIDED)}
 
 
+def test_a_pitch_that_comes_back_wrong_after_a_silence_is_to_blame_alone() -> None:
+    def away(t: float, frame: SensorFrame) -> SensorFrame:
+        return replace(frame, ahrs=replace(frame.ahrs, fresh=False, t_valid=6.0)) if 6.0 < t < 8.0 else frame
+
+    fault = after(7.0, lambda _, a: a._replace(theta=a.theta + 0.08))
+    seen = list(voyage(40.0, {"ahrs": fault}, dive=LEVEL, change=away))
+    assert suspects(seen) == {("ahrs", F.UNDECIDED)}
+
+
 def wandering(which: str, rate: float) -> dict[str, Fault]:
     """One of the two altitudes drifts."""
     if which == "altitude":
