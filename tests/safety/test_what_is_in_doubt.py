@@ -32,8 +32,11 @@ def test_a_dvl_that_drifts_while_the_propeller_rests_convicts_neither_pitch_nor_
     assert verdict.flight["found"]["depth_error"] < 2.0
 
 
-def test_nothing_is_learned_from_an_ahrs_that_is_late_and_no_fin_is_named_for_it(tmp_path: Path) -> None:
-    verdict = flown(tmp_path, "late:ahrs=1", 0, 0)
+@pytest.mark.parametrize(("onset", "seed"), [(0, 0), (2, 1)])
+def test_nothing_is_learned_from_an_ahrs_that_is_late_and_no_fin_is_named_for_it(
+    tmp_path: Path, onset: int, seed: int
+) -> None:
+    verdict = flown(tmp_path, "late:ahrs=1", onset, seed)
     assert not verdict.accused
     assert not verdict.unsafe
 
@@ -42,6 +45,12 @@ def test_the_altitude_of_a_ping_that_is_late_contradicts_no_altimeter(tmp_path: 
     verdict = flown(tmp_path, "late:dvl=3", 0, 1)
     assert verdict.ending.value == "flown"
     assert not verdict.wrong
+
+
+def test_without_ahrs_no_ping_is_judged_by_a_current_that_needs_a_heading(tmp_path: Path) -> None:
+    verdict = flown(tmp_path, "off:ahrs", 2, 0)
+    assert not verdict.wrong
+    assert not verdict.unsafe
 
 
 @pytest.mark.parametrize("lie", ["-1.5", "1.5"])

@@ -44,8 +44,7 @@ _GAP = 0.5
 _PING_AGE = 1.0
 """An older ping no longer carries the depth, s."""
 _PITCH_HOLDS = (SourceFault.NONE, SourceFault.OUTLIERS, *HEADING_FAULTS)
-"""Under any other suspicion, a pitch convicts no other sensor: its gyro is no second witness. Nor does one that was
-lost, and is heard again not for long enough: it may be late."""
+"""Under any other suspicion, a pitch convicts no other sensor: its gyro is no second witness."""
 
 
 class SensorIntegrity:
@@ -140,17 +139,17 @@ class SensorIntegrity:
         s, c = math.sin(theta), math.cos(theta)
         velocity, (t_ping, u, v, w) = self._velocity.memory, self._ping
         model = raw = -velocity.likely * s
-        pinged, heave, back = t - t_ping <= _PING_AGE, 0.0, sources.ahrs.memory.lost is SourceFault.NONE
+        pinged, heave = t - t_ping <= _PING_AGE, 0.0
         if pinged:
             heave = (v * math.sin(phi) + w * math.cos(phi)) * c
             raw = -u * s + heave
         self._velocity.way.carry(dt, psi, theta, (u, v) if pinged else None, self.model.velocity)
-        self._vertical.carry_raw(t, dt, raw, heave, heave - velocity.driven * s, pinged and back)
+        self._vertical.carry_raw(t, dt, raw, heave, heave - velocity.driven * s, pinged)
         if sources.attitude_used:
             by_dvl = pinged and velocity.measured and sources.dvl.believed
             tilted = abs(theta) > _STEEP or abs(phi) > _ROLLED
             modelled = velocity.holds and velocity.likely > _UNDER_WAY and not tilted
-            known = (by_dvl or modelled) and back and sources.ahrs.memory.fault in _PITCH_HOLDS
+            known = (by_dvl or modelled) and sources.ahrs.memory.fault in _PITCH_HOLDS
             self._vertical.carry(t, dt, model, raw, by_dvl, modelled, known)
 
     def _hear_dvl(self, heard: Heard[Dvl], t: float) -> None:
@@ -159,7 +158,7 @@ class SensorIntegrity:
             echo.hold()  # the altitude of an old ping tells nothing either
             return
         psi, theta = self._attitude.memory.psi, self._attitude.memory.theta
-        self._velocity.current.hull = self.model.velocity
+        self._velocity.see(self.model.velocity, t - self._attitude.memory.t <= _GAP)
         if self._velocity.check(heard, t, watch, self._vertical.depth, (psi, theta)):
             self._catch_up(heard, t)
             self.model.hear_ping(heard.value, t, psi, watch.believed)

@@ -10,6 +10,7 @@ from firmware_py.estimation.integrity.current_check import CurrentCheck, Current
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.integrity.source_watch import SourceWatch
 from firmware_py.estimation.integrity.way_check import WayCheck, WayCheckMemory
+from firmware_py.estimation.navigation.velocity import HullVelocity
 from firmware_py.records.health import SourceFault
 from firmware_py.records.sensing import Dvl, Heard
 from firmware_py.vehicle.vehicle import Vehicle
@@ -32,6 +33,8 @@ _GAP = 2.0
 _LEVER, _LAG = 0.2, 0.1
 """A DVL sits within so much of the length from the middle, and its pings may be so much older than they say, s: while
 the vehicle turns, it sees other velocities than the navigation."""
+_UNSEEN = math.radians(15.0)
+"""Without AHRS it may turn as fast as this, rad/s."""
 
 
 @dataclass(slots=True)
@@ -91,6 +94,13 @@ class VelocityCheck:
         squared = p * p + q * q + r * r
         if squared > self.memory.turning:
             self.memory.turning = squared
+
+    def see(self, hull: HullVelocity | None, attitude: bool) -> None:
+        """Take what the hull's model says, and whether there is an attitude: without it nothing tells of a current."""
+        self.current.hull = hull if attitude else None
+        if not attitude:
+            self.current.known = None
+            self.turn(0.0, _UNSEEN, 0.0)
 
     def check(self, heard: Heard[Dvl], t: float, watch: SourceWatch, depth: float, angles: tuple[float, float]) -> bool:
         """Return whether the velocity of a ping may be used; what speaks against it is noted in `watch`.

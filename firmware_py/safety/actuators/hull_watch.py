@@ -9,9 +9,10 @@ from firmware_py.marine import clip
 from firmware_py.records.adoption import Adopted
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.health import ActuatorFault, AxisDoubt, SourceFault, SourceState
+from firmware_py.records.health import ActuatorFault, AxisDoubt, SourceFault
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
+from firmware_py.safety.actuators.attitude_witness import AttitudeWitness
 from firmware_py.safety.actuators.cross_flow import CrossFlow, CrossMemory
 from firmware_py.safety.actuators.fin_angles import AnglesMemory, FinAngles
 from firmware_py.safety.actuators.hull_response import PERIOD, AxisMemory, AxisWatch
@@ -32,8 +33,6 @@ _CRUISE = 1.8
 """Speed for which the eddies' moment is computed, m/s; it grows in proportion."""
 _DEPTH_MIN, _SPEED_MIN = 2.5, 0.8
 """Near the surface (m), where fins may be out of the water, and slower (m/s), the model does not hold."""
-_PITCH_MAX, _ROLL_MAX = math.radians(45.0), math.radians(30.0)
-"""Nor does it in a steeper dive; rolled over farther, planes steer and rudders dive."""
 _ACROSS_STD = 0.3
 """Nor is yaw judged while the current across the hull is not known better than this, m/s."""
 _SPEED_RATE = 0.2
@@ -48,8 +47,6 @@ _LEFT = {ActuatorFault.NONE: 1.0, ActuatorFault.WEAK: 0.5, ActuatorFault.LOST: 0
 """What each fault leaves of the fins' effect."""
 _BRAKED = 0.7
 """Without DVL nothing tells how much the hull brakes in its turns: at full rudder it keeps this share of its speed."""
-_STALE = 0.1
-"""An older attitude, s, is none."""
 
 Values = tuple[float, ...]
 
@@ -66,6 +63,7 @@ class HullMemory(NamedTuple):
         left: of what is left of the fins' effect.
         cross: of the velocities across the hull.
         stuck: of fins that stay where they are, and do not report it.
+        t_away: when the AHRS was away last, s.
     """
 
     references: tuple[Values, ...]
@@ -76,6 +74,7 @@ class HullMemory(NamedTuple):
     left: tuple[ShareMemory, ...]
     cross: CrossMemory
     stuck: tuple[StuckMemory, ...]
+    t_away: float
 
 
 class HullWatch:
@@ -99,7 +98,7 @@ class HullWatch:
         self._axes = tuple([AxisWatch(params.evidence, one, PERIOD) for one in eddies])
         self._left = [watch(params.evidence, one, PERIOD) for one in eddies]
         self._stuck = [StuckWatch(params.evidence, one, PERIOD) for one in eddies]
-        self._heaved, self._flow = heaved_axis(vehicle), CrossFlow(PERIOD)
+        self._heaved, self._flow, self._attitude = heaved_axis(vehicle), CrossFlow(PERIOD), AttitudeWitness()
         self._sums, self._speeds = [(0.0, 0), (0.0, 0)], [math.nan, math.nan]
         self._angles = [FinAngles(params, len(vehicle.fins)) for _ in eddies]  # fins of an X tail act on both axes
 
@@ -123,6 +122,7 @@ class HullWatch:
             sums[0], sums[1] = (q + ahrs.value.q, i + 1), (r + ahrs.value.r, j + 1)
         if frame.dvl.fresh and frame.dvl.ok and water:
             self._flow.hear(frame.dvl, water[0].across(state.eta.psi))
+        self._attitude.hear(tick.t, state, applied.armed)
         steps = max(1, round(PERIOD / tick.dt))
         axis = int(tick.k % steps != 0)
         if axis and tick.k % steps != steps // 2:
@@ -166,7 +166,7 @@ class HullWatch:
         axes, left = tuple([axis.freeze() for axis in self._axes]), tuple([left.freeze() for left in self._left])
         held = tuple(self._sums), tuple(self._speeds), tuple([angles.freeze() for angles in self._angles])
         stuck = tuple([stuck.freeze() for stuck in self._stuck])
-        return HullMemory(tuple(self._references), axes, *held, left, self._flow.memory, stuck)
+        return HullMemory(tuple(self._references), axes, *held, left, self._flow.memory, stuck, self._attitude.t_away)
 
     def thaw(self, memory: HullMemory) -> None:
         """Restore the memory that `freeze` returned."""
@@ -177,6 +177,7 @@ class HullWatch:
             self._stuck[i].thaw(memory.stuck[i])
             self._angles[i].thaw(memory.angles[i])
         self._sums, self._speeds, self._flow.memory = list(memory.sums), list(memory.speeds), memory.cross
+        self._attitude.t_away = memory.t_away
 
     def _refer(self, axis: int, values: Values) -> None:
         """Judge an axis by these coefficients from now on; by vehicle.toml if there are none."""
@@ -258,11 +259,7 @@ class HullWatch:
             and u > _SPEED_MIN
             and state.depth_ok
             and state.eta.z > _DEPTH_MIN
-            and -_PITCH_MAX < state.eta.theta < _PITCH_MAX
-            and -_ROLL_MAX < state.eta.phi < _ROLL_MAX
-            and state.attitude_ok
-            and t - frame.ahrs.t_valid < _STALE
-            and state.sensors.ahrs.state is SourceState.GOOD
+            and self._attitude.speaks(t, frame, state)
         ):
             for one in (watch, left, stuck):
                 one.pause()

@@ -16,7 +16,7 @@ from firmware_py.params import load
 from firmware_py.records.adoption import Adopted
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.health import ActuatorFault
+from firmware_py.records.health import ALL_GOOD, ActuatorFault, SourceFault, SourceHealth, SourceState
 from firmware_py.records.sensing import Ahrs, Dvl, Heard, silence
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
 from firmware_py.safety.actuators.hull_watch import HullWatch
@@ -36,6 +36,7 @@ PING = 20
 """Ticks from one ping to the next."""
 NONE, WEAK, LOST = ActuatorFault.NONE, ActuatorFault.WEAK, ActuatorFault.LOST
 UPPER = 2
+GONE = SourceHealth(SourceState.LOST, SourceFault.SILENT)
 
 
 def load_vehicle(name: str) -> Vehicle:
@@ -61,11 +62,11 @@ class Yawing:
     """A hull that yaws under rudders that a pilot moves; `effect` is the share of what vehicle.toml says of them.
 
     It makes the speed `u`, and hears a DVL if that is `SPEED` and not `deaf`; gyros that are `late` tell of the tick
-    before; the pilot moves the rudder to and fro in `period`, s; the propeller makes `n`, rev/s; `step` is what is
-    added to the current across the hull, m/s.
+    before, and while it is `lost` the AHRS is called so; the pilot moves the rudder to and fro in `period`, s; the
+    propeller makes `n`, rev/s; `step` is what is added to the current across the hull, m/s.
     """
 
-    deaf, late, period, n = False, False, 9.0, 500.0 / 60.0
+    deaf, late, lost, period, n = False, False, False, 9.0, 500.0 / 60.0
 
     def __init__(self, effect: float, adopted: Adopted | None, u: float = U, vehicle: Vehicle = VEHICLE) -> None:
         self.u, self.current = u, 0.0
@@ -96,6 +97,8 @@ class Yawing:
                 frame, water = dataclasses.replace(frame, dvl=ping), (STILL,)
             nu, eta = Nu(SPEED, over_ground, 0.0, 0.0, 0.0, self.r), Eta(0.0, 0.0, 10.0, 0.0, 0.0, 0.0)
             state = StateEstimate(eta, nu, 0.0, 0.0, 0.0, 30.0, True, True, True, False)
+            if self.lost:
+                state = dataclasses.replace(state, sensors=ALL_GOOD._replace(ahrs=GONE))
             applied = Applied((0.0, 0.0, rudder, rudder), self.n, True, False)
             self.watch.update(Tick(self.k, DT_NS), frame, applied, state, water, self.adopted)
             self.k += 1
@@ -114,6 +117,15 @@ class Yawing:
 def test_rudders_that_do_what_held_are_sound_however_wrong_the_file_is() -> None:
     assert Yawing(0.2, None).run(120.0) is not NONE  # by vehicle.toml
     assert Yawing(0.2, knowing(0.2)).run(300.0) is NONE
+
+
+def test_an_ahrs_that_was_away_in_flight_is_no_witness_against_fins_for_two_minutes() -> None:
+    hull = Yawing(1.0, None)
+    hull.lost = True
+    hull.run(0.5)
+    hull.lost, hull.effect = False, 0.0  # or it is late, and they do not what it tells of
+    assert hull.run(119.0) is NONE
+    assert hull.run(30.0) is LOST
 
 
 def test_nothing_is_named_while_the_motion_refutes_the_file_and_nothing_has_held() -> None:
