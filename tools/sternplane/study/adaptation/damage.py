@@ -156,7 +156,7 @@ def _half_case(kind: str) -> Case:
         "when the fault began."
     )
     evaluate = functools.partial(_evaluate_half, name=name, kind=kind)
-    return Case(name, about, functools.partial(_half, kind=kind), evaluate, 40, 1)
+    return Case(name, about, functools.partial(_half, kind=kind), evaluate, 40, 3)  # a median of one is none
 
 
 def _jam_case(course: Callable[[], Course], fin: str, limits: Limits, mute: Sequence[str] = (), short: int = 1) -> Case:

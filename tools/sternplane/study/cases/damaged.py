@@ -17,6 +17,7 @@ from sternplane.study.rows import Case, Results, Row, RunArrays
 from sternplane.study.waypoints import waypoint
 
 HULL = "npsauv2"
+FINS = ("stern_port", "stern_starboard", "rudder_upper", "rudder_lower")
 DURATION, FOUND = 200.0, 30.0
 """s; within the second a mission makes fins move that have been still: what they do not move cannot tell of them."""
 MOST = 0.05
@@ -72,6 +73,7 @@ def front(axis: str, before: float, behind: float, t: float, lasts: float) -> tu
 
 
 WAYS = (
+    Damaged("all fins halved", tuple([f"weak:{fin}=50" for fin in FINS]), 80.0),
     Damaged("half a rudder as learning begins", ("lost:rudder_upper",), 80.0),
     Damaged("the weight shifts forward by 2 cm", ("ballast:x_G=0.02",), 80.0),
     Damaged("a front with 0.56 m/s less current, in 3 s", front("north", 0.06, -0.5, 80.0, 3.0), 80.0),
@@ -124,6 +126,6 @@ CASES = (
         "Missions of NPS AUV II, the ten coefficients of the file 40 % wrong; a fin loses its force and goes on to "
         "report its angle, or the vehicle is sound and its trim or the current changes. What is called valid is held "
         "against what is left of the vehicle.",
-        *(_run, evaluate, 10 * len(WAYS), 6),
+        *(_run, evaluate, 10 * len(WAYS), 7),
     ),
 )
