@@ -18,7 +18,7 @@ from firmware_py.adapters.storage.log_keeper import LogKeeper
 from firmware_py.adapters.storage.log_names import part_file
 from firmware_py.adapters.storage.log_params import LogParams
 from firmware_py.adapters.storage.recorder import MEMORY, Codecs, LogError, LogRecorder, LogWriter
-from firmware_py.adapters.storage.regular_file import folder_error
+from firmware_py.adapters.storage.regular_file import FolderError, make_folder
 from firmware_py.records.cycle import Cycle
 from firmware_py.tick import NS_PER_S
 
@@ -112,13 +112,11 @@ class PartedLog:
         path = self._folder / part_file(self._part + 1)
         there = os.path.lexists(path)
         try:
-            self._folder.mkdir(parents=True, exist_ok=True)
+            make_folder(self._folder)
             header = {**self._header, "part": self._part + 1, **more}
             return LogWriter(path, header, exclusive=True, codecs=self._codecs)
-        except OSError as error:
-            raise LogError(
-                f"{self._folder}: cannot be made ({folder_error(self._folder, error)}); choose another folder"
-            ) from None
+        except FolderError as error:
+            raise LogError(f"{error}; choose another folder") from None
         except LogError:
             if not there:  # a full disk takes the name, and not the content
                 path.unlink(missing_ok=True)

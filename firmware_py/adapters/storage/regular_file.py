@@ -1,4 +1,4 @@
-"""Reading of regular files only, since a FIFO waits for a writer and a device may never end; what is no folder."""
+"""Reads regular files only, since a FIFO waits for a writer and a device may never end; makes folders, or says why not."""
 
 from __future__ import annotations
 
@@ -23,6 +23,22 @@ def read_regular(path: Path) -> bytes:
     if len(content) > MOST:
         raise OSError(errno.EFBIG, f"it has more than {MOST >> 20} MiB", str(path))
     return content
+
+
+class FolderError(Exception):
+    """A folder that cannot be made; its text says which, and why."""
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder and those above it, unless it is there.
+
+    Raises:
+        FolderError: it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FolderError(f"{folder}: cannot be made ({folder_error(folder, error)})") from None
 
 
 def folder_error(folder: Path, error: OSError) -> str:

@@ -17,7 +17,7 @@ from types import TracebackType
 
 from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.adapters.storage.child_process import ChildProcess
-from firmware_py.adapters.storage.regular_file import folder_error
+from firmware_py.adapters.storage.regular_file import FolderError, make_folder
 
 _FRAME_HEADER = struct.Struct("<HI")
 """Lengths of name and content in bytes; both follow."""
@@ -43,11 +43,9 @@ class StateStore:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise StateStoreError(
-                f"{folder}: cannot be made ({folder_error(folder, error)}); choose another --state"
-            ) from None
+            make_folder(folder)
+        except FolderError as error:
+            raise StateStoreError(f"{error}; choose another --state") from None
         if not os.access(folder, os.W_OK):
             raise StateStoreError(f"{folder}: cannot be written; choose another --state")
         self._child = ChildProcess(__name__, str(folder))

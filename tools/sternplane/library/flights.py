@@ -165,12 +165,13 @@ def _name(part: type[Any] | str) -> str:
 
 def _log_in(folder: Path) -> Path:
     from firmware_py.adapters.storage.recorder import LogError
+    from firmware_py.adapters.storage.regular_file import FolderError, make_folder
 
     log = folder / "log.mcap"
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise LogError(f"{folder}: cannot be made ({error.strerror}); choose another folder") from None
+        make_folder(folder)
+    except FolderError as error:
+        raise LogError(f"{error}; choose another folder") from None
     if log.exists():
         raise LogError(f"{log}: is there already, and is kept; choose another folder")
     return log

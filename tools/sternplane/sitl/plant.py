@@ -23,7 +23,7 @@ from firmware_py.adapters.linux_realtime import RealtimeParams, apply_while
 from firmware_py.adapters.lockstep.lockstep_link import LockstepError, LockstepLink
 from firmware_py.adapters.realtime_schedule import RealTimeSchedule
 from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogWriter
-from firmware_py.adapters.storage.regular_file import folder_error
+from firmware_py.adapters.storage.regular_file import FolderError, make_folder
 from firmware_py.run import provenance
 from firmware_py.run.interrupt import interruptible
 from firmware_py.run.usage_error import UsageError
@@ -238,11 +238,9 @@ def _truth_log(stack: contextlib.ExitStack, flight: Flight, out: Path | None) ->
 
 def _make_folder(folder: Path, option: str) -> None:
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UsageError(
-            f"{option} {folder}: cannot be made ({folder_error(folder, error)}); choose another folder"
-        ) from None
+        make_folder(folder)
+    except FolderError as error:
+        raise UsageError(f"{option} {error}; choose another folder") from None
 
 
 @contextlib.contextmanager

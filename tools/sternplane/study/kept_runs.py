@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from firmware_py.adapters.storage.regular_file import FolderError, make_folder
 from firmware_py.run.usage_error import UsageError
 from sternplane.campaign.files import file_name, write
 from sternplane.study.rows import Case, RunArrays
@@ -36,9 +37,9 @@ class KeptRuns:
         self.folder, self.revision = folder / FOLDER, revision
         self.others: set[str] = set()
         try:
-            self.folder.mkdir(exist_ok=True)
-        except OSError as error:
-            raise UsageError(f"{self.folder}: cannot be made ({error.strerror}); choose another --out") from None
+            make_folder(self.folder)
+        except FolderError as error:
+            raise UsageError(f"{error}; choose another --out") from None
 
     def found(self, case: Case, seed: int, k: int) -> RunArrays | None:
         """Return a run that was kept; None if there is none, or a file that cannot be read: it is flown again."""

@@ -6,7 +6,7 @@ import hashlib
 import json
 from pathlib import Path
 
-from firmware_py.adapters.storage.regular_file import read_regular
+from firmware_py.adapters.storage.regular_file import FolderError, make_folder, read_regular
 from firmware_py.run.usage_error import UsageError
 from sim_bridge.scenarios import scenario_path
 from sternplane.campaign.files import write
@@ -37,9 +37,9 @@ def freeze(files: dict[str, bytes], folder: Path) -> None:
     """
     place = folder / FOLDER
     try:
-        place.mkdir(exist_ok=True)
-    except OSError as error:
-        raise UsageError(f"{place}: cannot be made ({error.strerror}); choose another --out") from None
+        make_folder(place)
+    except FolderError as error:
+        raise UsageError(f"{error}; choose another --out") from None
     for name, content in files.items():
         write(place / name, content)
 

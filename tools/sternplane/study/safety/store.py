@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from firmware_py.adapters.storage.regular_file import FolderError, make_folder
 from firmware_py.run.usage_error import UsageError
 from sternplane.campaign.line_store import LineStore
 from sternplane.logs.after_log import place_of
@@ -28,9 +29,9 @@ class Store(LineStore):
     def __init__(self, folder: Path) -> None:
         self.logs = folder / LOGS
         try:
-            self.logs.mkdir(exist_ok=True)
-        except OSError as error:
-            raise UsageError(f"{self.logs}: cannot be written ({error.strerror}); choose another --out") from None
+            make_folder(self.logs)
+        except FolderError as error:
+            raise UsageError(f"{error}; choose another --out") from None
         super().__init__(folder / FILE)
         self._logged = {_cell(flight) for flight in self.rows() if flight["log"]}
 
