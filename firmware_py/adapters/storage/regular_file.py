@@ -1,4 +1,4 @@
-"""Reads regular files only, for a FIFO waits for a writer and a device may never end; makes folders, or says why not."""
+"""Reads regular files only, for a FIFO waits for a writer, a device may never end; makes folders, or says why not."""
 
 from __future__ import annotations
 
