@@ -35,8 +35,8 @@ class WayCheckMemory:
 
     `t` is when a fix was heard last, s; `latitude` and `longitude` are of the first, rad. `north` and `east` are the
     way since by DVL and heading, m, `through_n` and `through_e` that through the water; `entries` are time and what
-    fixes left these ways by, m. While the DVL is wrong `lie` is how far, m/s, else 0, and `current_n` and `current_e`
-    the current by fixes, m/s.
+    fixes left these ways by, m. `lie` is how far the DVL was wrong, m/s, 0 once it is believed again, and `current_n`
+    and `current_e` are the current by fixes then, m/s.
     """
 
     t: float = -math.inf
@@ -80,7 +80,7 @@ class WayCheck:
         m.through_e += dt * (u_hull * s + hull.v * c)
 
     def hear(self, fix: Fix, t: float) -> bool:
-        """Take a fix at the time t, s, and return whether the DVL is wrong."""
+        """Take a fix at the time t, s, and return whether the DVL is wrong by the fixes up to it."""
         m = self.memory
         if t - m.t > _GAP or not m.entries:
             m.latitude, m.longitude, m.entries = fix.latitude, fix.longitude, ()
@@ -90,11 +90,9 @@ class WayCheck:
         east = wrap(fix.longitude - m.longitude) * EARTH_RADIUS * math.cos(m.latitude)
         entry = (t, north - m.north, east - m.east, north - m.through_n, east - m.through_e)
         m.entries = (*m.entries[1 - _ENTRIES :], entry)
-        if len(m.entries) >= _ENOUGH:
-            self._compare(fix.std)
-        return m.lie > 0.0
+        return len(m.entries) >= _ENOUGH and self._contradicts(fix.std)
 
-    def _compare(self, std: float) -> None:
+    def _contradicts(self, std: float) -> bool:
         m, n = self.memory, len(self.memory.entries)
         middle = sum(entry[0] for entry in m.entries) / n
         square = sum((entry[0] - middle) ** 2 for entry in m.entries)
@@ -103,10 +101,10 @@ class WayCheck:
         ]
         off, limit = math.hypot(off_n, off_e), max(_LEAST, _SIGMAS * std / math.sqrt(square))
         by_fixes, by_dvl = math.hypot(current_n, current_e), math.hypot(current_n - off_n, current_e - off_e)
-        if off > limit and by_dvl - by_fixes > _MARGIN * off:
+        wrong = off > limit and by_dvl - by_fixes > _MARGIN * off
+        if wrong:
             m.lie, m.current_n, m.current_e = off, current_n, current_e
-        elif limit == _LEAST and off < _MARGIN * limit:
-            m.lie = 0.0
+        return wrong
 
     def still_wrong(self, ping: Dvl, psi: float, hull: HullVelocity | None) -> bool:
         """Return whether a DVL that was wrong tells, under the heading psi, rad, of a current as far from the true one.

@@ -86,12 +86,11 @@ def test_under_water_it_is_wrong_on_every_heading_until_it_tells_of_the_current_
     assert not wrong_under_water(check, 0.0, current, -1.0)
 
 
-def test_back_at_the_surface_fixes_clear_what_has_been_put_right() -> None:
+def test_at_the_surface_again_nothing_speaks_against_one_that_was_put_right() -> None:
     check = WayCheck()
-    drive(check, 30, lie=1.0)
-    assert check.memory.lie > 0.0
-    drive(check, 60, begin=200)
-    assert check.memory.lie == 0.0
+    assert drive(check, 30, lie=1.0) < 30.0
+    assert drive(check, 60, begin=200) == math.inf
+    assert not wrong_under_water(check, 0.0, (0.0, 0.0), 0.0)
 
 
 def test_thawed_it_goes_on_as_the_frozen_one() -> None:
