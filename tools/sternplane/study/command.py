@@ -102,6 +102,12 @@ def _print(rows: Sequence[Row], chance: bool) -> None:
     console.print(table)
     if chance:
         console.print(chance_text(rows), highlight=False, soft_wrap=True)
+    print_missed(rows)
+
+
+def print_missed(rows: Sequence[Row]) -> None:
+    """Print each target that was missed."""
+    console = PlainConsole()
     for row in rows:
         if row.ok is False:
             seeds = f" (n = {row.n})" if row.n else ""

@@ -14,8 +14,7 @@ from sternplane.campaign.seeds import seeds_of
 from sternplane.plain_console import PlainConsole
 from sternplane.sitl.taken_settings import Takes, taken, told
 from sternplane.study.begun_with import refuse_other
-from sternplane.study.command import JUDGED_FROM, leave_results, print_places, refuse_values
-from sternplane.study.page import target_text
+from sternplane.study.command import JUDGED_FROM, leave_results, print_missed, print_places, refuse_values
 from sternplane.study.rows import Row
 from sternplane.study.safety.campaign import SEEDS, jobs
 from sternplane.study.safety.flight import vehicle_of
@@ -71,10 +70,6 @@ def _warnings(flights: Sequence[dict[str, Any]], revision: str) -> list[str]:
 
 
 def _print(found: Sequence[Row]) -> None:
-    console = PlainConsole()
-    for row in found:
-        if row.ok is False:
-            text = f"missed: {row.case}: {row.figure}: {row.value:.4g}, target {target_text(row)} (n = {row.n})"
-            console.print(text, highlight=False, soft_wrap=True)
+    print_missed(found)
     judged = [row for row in found if row.ok is not None]
-    console.print(f"{sum(bool(row.ok) for row in judged)} of {len(judged)} targets met")
+    PlainConsole().print(f"{sum(bool(row.ok) for row in judged)} of {len(judged)} targets met")
