@@ -179,7 +179,7 @@ class Adoption:
             and state.depth_ok
             and state.velocity_ok
             and not state.sensors.ahrs.tilt_doubted
-            and nu.u > _SPEED_MIN
+            and state.through_water > _SPEED_MIN
             and eta.z > _DEPTH_MIN
             and max(abs(eta.theta), abs(eta.phi)) < _ANGLE_MAX
         )

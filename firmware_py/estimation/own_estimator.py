@@ -114,7 +114,7 @@ def _merged(state: StateEstimate, answer: StateEstimate) -> StateEstimate:
     """Return the built-in estimate with what one's own may answer for.
 
     Raises:
-        ValueError: it is not finite where the built-in one is, or of another length.
+        ValueError: it is not finite where the built-in one is, or in a part of the water, or of another length.
     """
     eta, nu = Eta(*map(float, answer.eta)), Nu(*map(float, answer.nu))
     for own, built_in in ((eta, state.eta), (nu, state.nu)):
@@ -122,6 +122,8 @@ def _merged(state: StateEstimate, answer: StateEstimate) -> StateEstimate:
             if math.isfinite(other) and not math.isfinite(one):
                 raise ValueError(f"{name} is {one}")
     north, east = map(float, answer.water)
+    if not (math.isfinite(north + east) or (math.isnan(north) and math.isnan(east))):
+        raise ValueError(f"water is ({north}, {east})")
     numbers: dict[str, Any] = {name: float(getattr(answer, name)) for name in _NUMBERS}
     learned = state.learned if answer.learned is state.learned else _learned(state.learned, answer.learned)
     return replace(state, eta=eta, nu=nu, water=(north, east), learned=learned, **numbers)

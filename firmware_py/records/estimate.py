@@ -112,7 +112,7 @@ class StateEstimate:
     def through_water(self) -> float:
         """Return the speed ahead through the water, m/s, by which fins act; over the ground where no water is known."""
         north, east = self.water
-        if north != north:
+        if not math.isfinite(north + east):
             return self.nu.u
         _, _, _, _, theta, psi = self.eta
         return self.nu.u - (north * math.cos(psi) + east * math.sin(psi)) * math.cos(theta)

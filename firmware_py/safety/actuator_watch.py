@@ -155,7 +155,8 @@ class ActuatorWatch:
     def _judged(self, frame: SensorFrame) -> ActuatorHealth:
         """Return the health: what reports show comes first; what moves and has no effect is lost, or weak.
 
-        Where a fin reports nothing, the loss of its axis is its own: one beside it that reports, and obeys, is sound.
+        Where a fin reports nothing, the loss of its axis is its own fault: one beside it that reports, and obeys, is
+        not called faulty. But nobody knows what it does, so no more is left of it than of the axis.
         """
         *fins, propeller = [watch.fault for watch in self._feedback]
         if propeller in _UNSEEN and self._thrust.fault is not ActuatorFault.NONE:
@@ -185,6 +186,7 @@ class ActuatorWatch:
         stuck = self._hull.stuck(i)
         if stuck == stuck and fault is ActuatorFault.JAMMED:
             return FinHealth(1.0, stuck, FinEvidence.MOTION)
-        if fault in (ActuatorFault.LOST, ActuatorFault.WEAK, ActuatorFault.JAMMED):
+        unnamed = fault is ActuatorFault.NONE and self._hull.fault(i) is ActuatorFault.LOST
+        if unnamed or fault in (ActuatorFault.LOST, ActuatorFault.WEAK, ActuatorFault.JAMMED):
             return FinHealth(self._hull.left(i), source=FinEvidence.MOTION)
         return SOUND_FIN

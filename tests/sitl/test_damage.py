@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from sternplane.study.waypoints import waypoint
 
 from firmware_py.records.event import Cause, EventKind
 from firmware_py.records.order import Mode
@@ -38,3 +39,15 @@ def test_a_rudder_that_jams_at_20_deg_leaves_too_little_and_brings_the_vehicle_u
     assert log.columns["mode.mode"][-1] in (Mode.SURFACE, Mode.DISARMED)
     causes = [e.cause for _, events in log.events for e in events if e.kind is EventKind.MODE_CHANGED]
     assert Cause.RUDDER_FAULT in causes
+
+
+def test_planes_that_are_lost_beside_a_silent_one_bring_the_vehicle_up(flown: Flights) -> None:
+    """Called sound, the one that reports let half of diving count as left, and it flew on without any, ever deeper."""
+    faults = ("silent:stern_port@10", "lost:stern_port@30", "lost:stern_starboard@30")
+    legs = "".join(waypoint((45.0 + 60.0 * i, 15.0 * (i % 2), 8.0 + 4.0 * (i % 2)), 1.8) for i in range(6))
+    orders = '[[orders]]\nt_s = 0.5\narming = "arm"\n[[orders]]\nt_s = 1.0\nmode = "mission"\n'
+    text = under_way(320.0, 6.0, orders + legs, faults=faults, rpm=492.0)
+    _, log = flown(text, seed=1)
+    assert Cause.PLANE_FAULT in [event.cause for _, events in log.events for event in events]
+    assert log.truth["eta.z"].max() < 20.0
+    assert log.truth["eta.z"][-1] < 0.6

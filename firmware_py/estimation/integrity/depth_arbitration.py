@@ -217,15 +217,18 @@ def accuse_carried(t: float, which: Accused, slip: float, ahrs: SourceWatch, dvl
 
 
 def came_back(ahrs: SourceWatch, dvl: SourceWatch, t: float) -> bool:
-    """Return whether the AHRS was away not long ago, and the DVL was not: it may be late, or mounted anew."""
-    since = ahrs.memory.t_steady
-    return t - since < _NEWCOMER and dvl.memory.t_steady < since - 1.0
+    """Return whether the AHRS was lost not long ago, and the DVL was not: it may be late, or mounted anew."""
+    there, since = ahrs.memory.lost is SourceFault.NONE, ahrs.memory.t_back
+    lately = not there or t - since < _NEWCOMER
+    return lately and dvl.memory.lost is SourceFault.NONE and (not there or dvl.memory.t_back < since - 1.0)
 
 
 def judge_again(
     t: float, slip: float, ahrs: SourceWatch, dvl: SourceWatch, judge_raw: Callable[[], tuple[bool | None, Accused]]
 ) -> None:
     """Keep pitch and DVL under suspicion until a good pressure agrees with them: to be steady proves nothing.
+
+    What is not decided of a pitch runs out beside a DVL that is convicted, for that is in what is compared.
 
     Args:
         t: the time, s.
@@ -234,7 +237,8 @@ def judge_again(
         dvl: the watch of the DVL.
         judge_raw: that of the `VerticalCheck`.
     """
-    pitch = ahrs.memory.fault in (SourceFault.CONTRADICTED, SourceFault.UNDECIDED)
+    fault = ahrs.memory.fault
+    pitch = fault is SourceFault.CONTRADICTED or (fault is SourceFault.UNDECIDED and dvl.believed)
     velocity = dvl.memory.fault in (SourceFault.DRIFT, SourceFault.STEP, SourceFault.UNDECIDED)
     if not (pitch or velocity):
         return

@@ -72,7 +72,7 @@ class SensorIntegrity:
     @property
     def hull(self) -> HullVelocity | None:
         """Return what propeller and rudder do to the hull, and the current; None: no model holds now."""
-        return self._velocity.current.corrected(self.model.velocity) if self._params.enabled else None
+        return self._velocity.corrected(self.model.velocity) if self._params.enabled else None
 
     def follow_nodes(self, numbers: Sequence[int]) -> None:
         """Take note of which candidates, a number for each of `sensing.ROLES`, frames have in front."""
@@ -143,7 +143,7 @@ class SensorIntegrity:
         if pinged:
             heave = (v * math.sin(phi) + w * math.cos(phi)) * c
             raw = -u * s + heave
-        self._velocity.way.carry(dt, psi, theta, (u, v) if pinged else None, self.model.velocity)
+        self._velocity.way.carry(dt, psi, theta, (u, v) if t - t_ping <= 1.5 * _PING_AGE else None, self.model.velocity)
         self._vertical.carry_raw(t, dt, raw, heave, heave - velocity.driven * s, pinged)
         if sources.attitude_used:
             by_dvl = pinged and velocity.measured and sources.dvl.believed

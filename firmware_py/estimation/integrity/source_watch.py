@@ -35,8 +35,8 @@ class SourceMemory:
 
     `held` is the last measurement that was passed on, `passed` whether the newest was. `fault` is what spoke against it
     last, at `t_bad`, since `t_fault`; `lost` why it is lost, if so. `t_steady` is since when it is heard without gaps;
-    `t_withheld` when it was last heard while its node was not believed. `motion` is what others told of the motion when
-    its value was a new one.
+    `t_withheld` when it was last heard while its node was not believed, `t_back` when it was good again after it was
+    lost. `motion` is what others told of the motion when its value was a new one.
     """
 
     held: Heard[Any]
@@ -45,6 +45,7 @@ class SourceMemory:
     t_ok: float = -math.inf
     t_steady: float = -math.inf
     t_withheld: float = -math.inf
+    t_back: float = -math.inf
     fault: SourceFault = SourceFault.NONE
     t_bad: float = -math.inf
     t_fault: float = -math.inf
@@ -221,8 +222,8 @@ class SourceWatch:
             self.clean = memory.passed
         since = memory.t_ok if memory.t_ok > -math.inf else max(0.0, start - self._timeout)
         if t - since <= self._timeout + _TICK:
-            if memory.lost is SourceFault.NONE or not t - memory.t_steady < self._steady - _TICK:
-                memory.lost = SourceFault.NONE
+            if memory.lost is not SourceFault.NONE and not t - memory.t_steady < self._steady - _TICK:
+                memory.lost, memory.t_back = SourceFault.NONE, t
         elif t - memory.t_heard > self._timeout:
             memory.lost = SourceFault.SILENT
         elif memory.lost is SourceFault.NONE or memory.t_heard - memory.t_withheld > self._timeout:

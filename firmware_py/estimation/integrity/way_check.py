@@ -4,29 +4,54 @@ What fixes leave the way by DVL and heading by grows as fast as the DVL is off, 
 the way through the water by the hull's model by grows as fast as the current is. So both are known within ten seconds,
 before anything believes a DVL that was wrong from the start: under water its fault is a current to everybody.
 
-If they contradict each other the DVL is wrong where it makes the current stronger than the fixes do. Under water it
-stays so for as long as it tells of a current that is as far from theirs; nothing else there knows of it.
+If they contradict each other the DVL is wrong where it makes the current stronger than the fixes do, and only along the
+way: across it the heading may be wrong, and a current from that side would make it the DVL. Fixes that jump contradict
+it in one half of the time only. Under water a DVL that was wrong stays so for as long as it tells of a current that is
+as far from theirs, which is the one that the vehicle goes by.
 """
 
 from __future__ import annotations
 
 import copy
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
-from firmware_py.estimation.navigation.velocity import HullVelocity
+from firmware_py.estimation.navigation.velocity import UNKNOWN_CURRENT, Current, HullVelocity
 from firmware_py.marine import EARTH_RADIUS, wrap
 from firmware_py.records.sensing import Dvl, Fix
 
 _SIGMAS, _LEAST = 5.0, 0.3
 """The two contradict each other beyond so many sigmas, and beyond this, m/s: fixes wander."""
-_ENTRIES, _ENOUGH = 30, 6
-"""So many fixes are compared at most, and at least."""
+_ENTRIES, _ENOUGH, _HALVES = 30, 6, 12
+"""So many fixes are compared at most, and at least; from so many on each half has to show the contradiction,"""
+_HALF = 0.4
+"""this share of it."""
+_APART = 0.9
+"""Fixes that follow each other sooner, s, tell little more."""
 _GAP = 3.0
 """After a longer silence of the fixes, s, the comparison begins anew."""
 _MARGIN = 0.5
 """Where the currents by DVL and by fixes differ in strength by less than this share of the contradiction, nothing tells
 which is wrong. A current that comes back to less than this share of it clears the DVL."""
+_ALONG, _SLOW = 0.7, 0.3
+"""So much of the contradiction is along the way; slower through the water, m/s, nobody knows where that leads."""
+_HULL_STD = 0.1
+"""1 sigma of the current by fixes beside their own, m/s: what the hull's model is off by."""
+
+
+class Entry(NamedTuple):
+    """A fix: time, s, and 1 sigma, m; what it leaves the ways by DVL and through the water by, and the latter, m."""
+
+    t: float
+    std: float
+    off_n: float
+    off_e: float
+    drift_n: float
+    drift_e: float
+    through_n: float
+    through_e: float
 
 
 @dataclass(slots=True)
@@ -34,9 +59,8 @@ class WayCheckMemory:
     """What is remembered.
 
     `t` is when a fix was heard last, s; `latitude` and `longitude` are of the first, rad. `north` and `east` are the
-    way since by DVL and heading, m, `through_n` and `through_e` that through the water; `entries` are time and what
-    fixes left these ways by, m. `lie` is how far the DVL was wrong, m/s, 0 once it is believed again, and `current_n`
-    and `current_e` are the current by fixes then, m/s.
+    way since by DVL and heading, m, `through_n` and `through_e` that through the water; `entries` are of the fixes.
+    `lie` is how far the DVL was wrong, m/s, 0 once it is believed again; `current` is that by fixes then.
     """
 
     t: float = -math.inf
@@ -46,10 +70,9 @@ class WayCheckMemory:
     east: float = 0.0
     through_n: float = 0.0
     through_e: float = 0.0
-    entries: tuple[tuple[float, float, float, float, float], ...] = ()
+    entries: tuple[Entry, ...] = ()
     lie: float = 0.0
-    current_n: float = 0.0
-    current_e: float = 0.0
+    current: Current = UNKNOWN_CURRENT
 
 
 class WayCheck:
@@ -85,26 +108,39 @@ class WayCheck:
         if t - m.t > _GAP or not m.entries:
             m.latitude, m.longitude, m.entries = fix.latitude, fix.longitude, ()
             m.north = m.east = m.through_n = m.through_e = 0.0
+        elif t - m.t < _APART:
+            return False
         m.t = t
         north = (fix.latitude - m.latitude) * EARTH_RADIUS
         east = wrap(fix.longitude - m.longitude) * EARTH_RADIUS * math.cos(m.latitude)
-        entry = (t, north - m.north, east - m.east, north - m.through_n, east - m.through_e)
-        m.entries = (*m.entries[1 - _ENTRIES :], entry)
-        return len(m.entries) >= _ENOUGH and self._contradicts(fix.std)
+        through_n, through_e = m.through_n, m.through_e
+        left = north - m.north, east - m.east, north - through_n, east - through_e
+        m.entries = (*m.entries[1 - _ENTRIES :], Entry(t, fix.std, *left, through_n, through_e))
+        return len(m.entries) >= _ENOUGH and self._contradicts()
 
-    def _contradicts(self, std: float) -> bool:
-        m, n = self.memory, len(self.memory.entries)
-        middle = sum(entry[0] for entry in m.entries) / n
-        square = sum((entry[0] - middle) ** 2 for entry in m.entries)
-        off_n, off_e, current_n, current_e = [
-            sum((entry[0] - middle) * entry[i] for entry in m.entries) / square for i in range(1, 5)
-        ]
-        off, limit = math.hypot(off_n, off_e), max(_LEAST, _SIGMAS * std / math.sqrt(square))
+    def _contradicts(self) -> bool:
+        m, entries = self.memory, self.memory.entries
+        off_n, off_e, current_n, current_e, square = _slopes(entries)
+        std = max(entry.std for entry in entries) / math.sqrt(square)
+        off = math.hypot(off_n, off_e)
+        if len(entries) == _ENTRIES and off < _MARGIN * m.lie:
+            m.lie = 0.0
         by_fixes, by_dvl = math.hypot(current_n, current_e), math.hypot(current_n - off_n, current_e - off_e)
-        wrong = off > limit and by_dvl - by_fixes > _MARGIN * off
-        if wrong:
-            m.lie, m.current_n, m.current_e = off, current_n, current_e
-        return wrong
+        if not (off > max(_LEAST, _SIGMAS * std) and by_dvl - by_fixes > _MARGIN * off):
+            return False
+        first, last = entries[0], entries[-1]
+        ahead_n, ahead_e = last.through_n - first.through_n, last.through_e - first.through_e
+        way, along = math.hypot(ahead_n, ahead_e), off_n * ahead_n + off_e * ahead_e
+        if way < _SLOW * (last.t - first.t) or abs(along) < _ALONG * off * way:
+            return False
+        half = len(entries) // 2
+        if len(entries) >= _HALVES:
+            for part in (entries[:half], entries[half:]):
+                part_n, part_e, *_ = _slopes(part)
+                if part_n * off_n + part_e * off_e < _HALF * off * off:
+                    return False
+        m.lie, m.current = off, Current(current_n, current_e, math.hypot(std, _HULL_STD), m.t)
+        return True
 
     def still_wrong(self, ping: Dvl, psi: float, hull: HullVelocity | None) -> bool:
         """Return whether a DVL that was wrong tells, under the heading psi, rad, of a current as far from the true one.
@@ -116,8 +152,14 @@ class WayCheck:
             return m.lie > 0.0
         s, c = math.sin(psi), math.cos(psi)
         ahead, aside = ping.u - hull.u, ping.v - hull.v
-        north, east = ahead * c - aside * s - m.current_n, ahead * s + aside * c - m.current_e
+        north, east = ahead * c - aside * s - m.current.north, ahead * s + aside * c - m.current.east
         return math.hypot(north, east) > _MARGIN * m.lie
+
+    def corrected(self, hull: HullVelocity | None) -> HullVelocity | None:
+        """Return the hull's model with the current by fixes, while the DVL, which would tell it, is wrong."""
+        if hull is None or self.memory.lie == 0.0:
+            return hull
+        return hull._replace(current=self.memory.current)
 
     def clear(self) -> None:
         """Take note that the DVL is believed again."""
@@ -130,3 +172,13 @@ class WayCheck:
     def thaw(self, memory: WayCheckMemory) -> None:
         """Restore the memory that `freeze` returned."""
         self.memory = copy.copy(memory)
+
+
+def _slopes(entries: Sequence[Entry]) -> tuple[float, float, float, float, float]:
+    """Return how fast the four of each entry grow, m/s (least squares), and the sum of squared times, s^2."""
+    middle = sum(entry.t for entry in entries) / len(entries)
+    square = sum((entry.t - middle) ** 2 for entry in entries)
+    north, east, through_n, through_e = [
+        sum((entry.t - middle) * entry[i] for entry in entries) / square for i in range(2, 6)
+    ]
+    return north, east, through_n, through_e, square

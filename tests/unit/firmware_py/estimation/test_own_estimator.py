@@ -80,6 +80,8 @@ def test_it_hears_the_sensors_of_one_s_own(estimator: OwnEstimator) -> None:
         lambda state: None,
         lambda state: 1 / 0,
         lambda state: dataclasses.replace(state, eta=(0.0, 1.0)),
+        lambda state: dataclasses.replace(state, water=(0.1, math.nan)),
+        lambda state: dataclasses.replace(state, water=(math.inf, 0.0)),
     ],
 )
 def test_a_wrong_answer_ends_it_until_it_is_disarmed_again(estimator: OwnEstimator, says: object) -> None:

@@ -82,6 +82,16 @@ def test_without_both_the_hull_moves_through_the_current_that_was_known_last() -
     assert velocity.water(PARAMS, memory, t)[:2] == (0.1, 0.2)
 
 
+def test_a_current_that_is_too_old_to_go_by_is_neither_added_nor_told() -> None:
+    """Subtracted from a velocity that it is not in, it made the speed through the water 0.8 m/s in a hull of 1.8."""
+    params = replace(PARAMS, current_walk=0.1)
+    hull = HullVelocity(1.5, 0.05, Current(0.0, 0.0, math.inf, -math.inf))
+    motion = Motion(0.0, 0.0, 0.0, 8.0, hull)
+    memory, t = follow(60.0, pinged=lambda t: t < 5.0, learned=lambda t: known(t) if t < 5.0 else None, motion=motion)
+    assert memory.current.std_at(params, t) > params.lost_std
+    assert all(math.isnan(x) for x in velocity.water(params, memory, t))
+
+
 def test_a_filter_that_took_in_the_fault_of_a_dvl_is_not_believed_without_it() -> None:
     """It knew the current for 20 s, pings contradicted it for 8 s, and then it tells of another current."""
 

@@ -31,4 +31,5 @@ def test_the_speed_through_the_water_is_that_over_the_ground_less_the_water_s(ps
     eta, nu = Eta(0, 0, 9, 0.0, theta, psi), Nu(1.5, 0.2, -0.3, 0.0, 0.0, 0.0)
     still = StateEstimate(eta, nu, 1.0, 0.1, 0.01, 50.0, True, True, True, False)
     assert still.through_water == 1.5  # nothing is known of the water
+    assert replace(still, water=(0.1, math.inf)).through_water == 1.5
     assert replace(still, water=water).through_water == pytest.approx(1.5 - along, abs=1e-12)

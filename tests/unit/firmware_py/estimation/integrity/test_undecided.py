@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from firmware_py.estimation.integrity.depth_arbitration import Accused, judge_again
+from firmware_py.estimation.integrity.source_watch import SourceWatch
 from firmware_py.records.health import SourceFault, SourceState
 from firmware_py.records.sensing import Dvl, SensorFrame, never
 
@@ -112,6 +114,31 @@ def test_a_pitch_that_comes_back_wrong_after_a_silence_is_to_blame_alone() -> No
     fault = after(7.0, lambda _, a: a._replace(theta=a.theta + 0.08))
     seen = list(voyage(40.0, {"ahrs": fault}, dive=LEVEL, change=away))
     assert suspects(seen) == {("ahrs", F.UNDECIDED)}
+
+
+@pytest.mark.parametrize("gap", [0.2, 0.3, 0.4])
+def test_a_gap_in_which_no_ahrs_is_lost_acquits_no_dvl(gap: float) -> None:
+    def stutters(t: float, frame: SensorFrame) -> SensorFrame:
+        bare = bottomless(t, frame)
+        return replace(bare, ahrs=replace(bare.ahrs, fresh=False, t_valid=10.0)) if 10.0 < t < 10.0 + gap else bare
+
+    seen = list(voyage(27.0, {"dvl": sinking_dvl(0.15)}, dive=LEVEL, change=stutters))
+    assert suspects(seen) == {("pressure", F.UNDECIDED), ("dvl", F.UNDECIDED)}
+
+
+@pytest.mark.parametrize("fault", [F.CONTRADICTED, F.CURRENT, F.DRIFT, F.STEP])
+def test_a_pitch_in_doubt_beside_a_dvl_that_is_convicted_then_is_believed_again(fault: SourceFault) -> None:
+    ahrs, dvl = SourceWatch(0.5, 0.5, 9), SourceWatch(1.0, 0.5, 2)
+    for watch in (ahrs, dvl):
+        watch.accuse(F.UNDECIDED, 0.0)
+    dvl.accuse(fault, 0.0)
+    for k in range(100):
+        t = 0.1 * k
+        judge_again(t, 0.0, ahrs, dvl, lambda: (True, Accused.CARRIED))
+        for watch in (ahrs, dvl):
+            watch.memory.t_ok = t
+            watch.judge(t, 0.1, 5.0, 0.0)
+    assert ahrs.memory.fault is F.NONE
 
 
 def wandering(which: str, rate: float) -> dict[str, Fault]:

@@ -27,27 +27,33 @@ def drive(
     current: tuple[float, float] = (0.0, 0.0),
     lie: float = 0.0,
     walk: float = 0.0,
+    off: float = 0.0,
     turning: float = 0.02,
+    compass: float = 0.0,
+    rate: int = 1,
     seed: int = 0,
     begin: int = 0,
 ) -> float:
-    """Drive at the surface with a fix a second; when the DVL was wrong first, s, infinite if never.
+    """Drive at the surface and hear `rate` fixes a second; when the DVL was wrong first, s, infinite if never.
 
-    The DVL's u is off by `lie`, fixes walk to the north at `walk`, m/s; the vehicle turns at `turning`, rad/s.
+    The DVL's u is off by `lie`, fixes walk to the north at `walk`, m/s, and are off by `off`, m; the vehicle turns at
+    `turning`, rad/s; the heading is off by `compass`, rad.
     """
-    noise, (north, east), first = np.random.default_rng(seed), (0.0, 0.0), math.inf
-    for t in range(begin, begin + seconds):
-        fix_n, fix_e = north + walk * t + noise.normal(0.0, STD), east + noise.normal(0.0, STD)
-        latitude = LATITUDE + fix_n / EARTH_RADIUS
-        longitude = LONGITUDE + fix_e / EARTH_RADIUS / math.cos(LATITUDE)
-        if check.hear(Fix(latitude, longitude, STD), float(t)):
-            first = min(first, float(t))
-        for k in range(20):
-            psi = turning * (t + k / 20.0)
-            s, c = math.sin(psi), math.cos(psi)
-            ping = U + current[0] * c + current[1] * s, current[1] * c - current[0] * s
-            north, east = north + (ping[0] * c - ping[1] * s) / 20.0, east + (ping[0] * s + ping[1] * c) / 20.0
-            check.carry(0.05, psi, 0.0, (ping[0] + lie, ping[1]), HULL)
+    noise, first = np.random.default_rng([seed, begin]), math.inf
+    north, east = begin * (U + current[0]), begin * current[1]
+    for k in range(begin * 20, (begin + seconds) * 20):
+        t = k / 20.0
+        if k % (20 // rate) == 0:
+            fix_n, fix_e = north + walk * t + off + noise.normal(0.0, STD), east + noise.normal(0.0, STD)
+            latitude = LATITUDE + fix_n / EARTH_RADIUS
+            longitude = LONGITUDE + fix_e / EARTH_RADIUS / math.cos(LATITUDE)
+            if check.hear(Fix(latitude, longitude, STD), t):
+                first = min(first, t)
+        psi = turning * t
+        s, c = math.sin(psi), math.cos(psi)
+        ping = U + current[0] * c + current[1] * s, current[1] * c - current[0] * s
+        north, east = north + (ping[0] * c - ping[1] * s) / 20.0, east + (ping[0] * s + ping[1] * c) / 20.0
+        check.carry(0.05, psi + compass, 0.0, (ping[0] + lie, ping[1]), HULL)
     return first
 
 
@@ -100,3 +106,36 @@ def test_thawed_it_goes_on_as_the_frozen_one() -> None:
     drive(check, 20, lie=1.0, begin=9)
     drive(other, 20, lie=1.0, begin=9)
     assert check.memory == other.memory
+
+
+@pytest.mark.parametrize("current", [0.3, 0.6, 0.8])
+@pytest.mark.parametrize("jump", [6.0, 9.0])
+def test_fixes_that_jump_against_the_current_cost_a_sound_dvl_half_a_minute(current: float, jump: float) -> None:
+    check, told = WayCheck(), []
+    for t in range(0, 100, 2):
+        told.append(drive(check, 2, current=(current, 0.0), begin=t, off=-jump if 30 <= t < 50 else 0.0, turning=0.0))
+    assert all(at == math.inf or at < 80.0 for at in told)
+    assert check.memory.lie == 0.0
+
+
+@pytest.mark.parametrize("side", [-0.5, -0.3, 0.3, 0.5])
+@pytest.mark.parametrize("compass", [8.0, 15.0, 20.0])
+def test_a_compass_that_is_off_across_a_current_convicts_no_dvl(compass: float, side: float) -> None:
+    error = math.radians(compass)
+    assert drive(WayCheck(), 60, current=(0.0, side), turning=0.0, compass=error) == math.inf
+
+
+def test_a_receiver_that_tells_ten_fixes_a_second_tells_as_much() -> None:
+    assert drive(WayCheck(), 30, lie=-1.0, rate=10) <= 20.0
+
+
+def test_the_current_by_fixes_is_gone_by_while_the_dvl_is_wrong() -> None:
+    check = WayCheck()
+    assert check.corrected(HULL) is HULL
+    drive(check, 40, lie=-1.0, current=(0.2, -0.1))
+    corrected = check.corrected(HULL)
+    assert corrected is not None
+    assert corrected.current[:2] == pytest.approx((0.2, -0.1), abs=3.0 * corrected.current.std)
+    assert corrected.current.std < 0.3
+    check.clear()
+    assert check.corrected(HULL) is HULL
