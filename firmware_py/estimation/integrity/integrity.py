@@ -72,7 +72,7 @@ class SensorIntegrity:
     @property
     def hull(self) -> HullVelocity | None:
         """Return what propeller and rudder do to the hull, and the current; None: no model holds now."""
-        return self._velocity.corrected(self.model.velocity) if self._params.enabled else None
+        return self._velocity.current.corrected(self.model.velocity) if self._params.enabled else None
 
     def follow_nodes(self, numbers: Sequence[int]) -> None:
         """Take note of which candidates, a number for each of `sensing.ROLES`, frames have in front."""

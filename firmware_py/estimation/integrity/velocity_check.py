@@ -102,10 +102,6 @@ class VelocityCheck:
             self.current.known = None
             self.turn(0.0, _UNSEEN, 0.0)
 
-    def corrected(self, hull: HullVelocity | None) -> HullVelocity | None:
-        """Return what the hull's model says, with what filter and fixes have shown of it and of the current."""
-        return self.way.corrected(self.current.corrected(hull))
-
     def check(self, heard: Heard[Dvl], t: float, watch: SourceWatch, depth: float, angles: tuple[float, float]) -> bool:
         """Return whether the velocity of a ping may be used; what speaks against it is noted in `watch`.
 

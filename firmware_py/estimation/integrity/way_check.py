@@ -4,10 +4,11 @@ What fixes leave the way by DVL and heading by grows as fast as the DVL is off, 
 the way through the water by the hull's model by grows as fast as the current is. So both are known within ten seconds,
 before anything believes a DVL that was wrong from the start: under water its fault is a current to everybody.
 
-If they contradict each other the DVL is wrong where it makes the current stronger than the fixes do, and only along the
-way: across it the heading may be wrong, and a current from that side would make it the DVL. Fixes that jump contradict
+If they contradict each other the DVL is wrong where it makes the current stronger than the fixes do, and only ahead or
+astern: aside the heading may be wrong, and a current from that side would make it the DVL. Fixes that jump contradict
 it in one half of the time only. Under water a DVL that was wrong stays so for as long as it tells of a current that is
-as far from theirs, which is the one that the vehicle goes by.
+as far from theirs. Nobody goes by that one: with fins and propeller partly out of the water the hull's model is 0.1 m/s
+off, or 0.3.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from firmware_py.estimation.navigation.velocity import UNKNOWN_CURRENT, Current, HullVelocity
+from firmware_py.estimation.navigation.velocity import HullVelocity
 from firmware_py.marine import EARTH_RADIUS, wrap
 from firmware_py.records.sensing import Dvl, Fix
 
@@ -35,14 +36,12 @@ _GAP = 3.0
 _MARGIN = 0.5
 """Where the currents by DVL and by fixes differ in strength by less than this share of the contradiction, nothing tells
 which is wrong. A current that comes back to less than this share of it clears the DVL."""
-_ALONG, _SLOW = 0.7, 0.3
-"""So much of the contradiction is along the way; slower through the water, m/s, nobody knows where that leads."""
-_HULL_STD = 0.1
-"""1 sigma of the current by fixes beside their own, m/s: what the hull's model is off by."""
+_ALONG, _STRAIGHT = 0.7, 0.5
+"""So much of the contradiction is ahead or astern by the mean heading, of a time that was so straight at least."""
 
 
 class Entry(NamedTuple):
-    """A fix: time, s, and 1 sigma, m; what it leaves the ways by DVL and through the water by, and the latter, m."""
+    """A fix: time, s, and 1 sigma, m; what it leaves the ways by DVL and through the water by, m; `ahead` as memory."""
 
     t: float
     std: float
@@ -50,8 +49,8 @@ class Entry(NamedTuple):
     off_e: float
     drift_n: float
     drift_e: float
-    through_n: float
-    through_e: float
+    ahead_n: float
+    ahead_e: float
 
 
 @dataclass(slots=True)
@@ -59,8 +58,9 @@ class WayCheckMemory:
     """What is remembered.
 
     `t` is when a fix was heard last, s; `latitude` and `longitude` are of the first, rad. `north` and `east` are the
-    way since by DVL and heading, m, `through_n` and `through_e` that through the water; `entries` are of the fixes.
-    `lie` is how far the DVL was wrong, m/s, 0 once it is believed again; `current` is that by fixes then.
+    way since by DVL and heading, m, `through_n` and `through_e` that through the water, `ahead_n` and `ahead_e` for how
+    long it has headed there, s; `entries` are of the fixes. `lie` is how far the DVL was wrong, m/s, 0 once it is
+    believed again; `current_n` and `current_e` are the current by fixes then, m/s.
     """
 
     t: float = -math.inf
@@ -70,9 +70,12 @@ class WayCheckMemory:
     east: float = 0.0
     through_n: float = 0.0
     through_e: float = 0.0
+    ahead_n: float = 0.0
+    ahead_e: float = 0.0
     entries: tuple[Entry, ...] = ()
     lie: float = 0.0
-    current: Current = UNKNOWN_CURRENT
+    current_n: float = 0.0
+    current_e: float = 0.0
 
 
 class WayCheck:
@@ -101,37 +104,37 @@ class WayCheck:
         m.east += dt * (u * s + v * c)
         m.through_n += dt * (u_hull * c - hull.v * s)
         m.through_e += dt * (u_hull * s + hull.v * c)
+        m.ahead_n += dt * c
+        m.ahead_e += dt * s
 
     def hear(self, fix: Fix, t: float) -> bool:
         """Take a fix at the time t, s, and return whether the DVL is wrong by the fixes up to it."""
         m = self.memory
         if t - m.t > _GAP or not m.entries:
             m.latitude, m.longitude, m.entries = fix.latitude, fix.longitude, ()
-            m.north = m.east = m.through_n = m.through_e = 0.0
+            m.north = m.east = m.through_n = m.through_e = m.ahead_n = m.ahead_e = 0.0
         elif t - m.t < _APART:
             return False
         m.t = t
         north = (fix.latitude - m.latitude) * EARTH_RADIUS
         east = wrap(fix.longitude - m.longitude) * EARTH_RADIUS * math.cos(m.latitude)
-        through_n, through_e = m.through_n, m.through_e
-        left = north - m.north, east - m.east, north - through_n, east - through_e
-        m.entries = (*m.entries[1 - _ENTRIES :], Entry(t, fix.std, *left, through_n, through_e))
+        left = north - m.north, east - m.east, north - m.through_n, east - m.through_e
+        m.entries = (*m.entries[1 - _ENTRIES :], Entry(t, fix.std, *left, m.ahead_n, m.ahead_e))
         return len(m.entries) >= _ENOUGH and self._contradicts()
 
     def _contradicts(self) -> bool:
         m, entries = self.memory, self.memory.entries
         off_n, off_e, current_n, current_e, square = _slopes(entries)
-        std = max(entry.std for entry in entries) / math.sqrt(square)
-        off = math.hypot(off_n, off_e)
+        off, std = math.hypot(off_n, off_e), max(entry.std for entry in entries) / math.sqrt(square)
         if len(entries) == _ENTRIES and off < _MARGIN * m.lie:
             m.lie = 0.0
         by_fixes, by_dvl = math.hypot(current_n, current_e), math.hypot(current_n - off_n, current_e - off_e)
         if not (off > max(_LEAST, _SIGMAS * std) and by_dvl - by_fixes > _MARGIN * off):
             return False
         first, last = entries[0], entries[-1]
-        ahead_n, ahead_e = last.through_n - first.through_n, last.through_e - first.through_e
-        way, along = math.hypot(ahead_n, ahead_e), off_n * ahead_n + off_e * ahead_e
-        if way < _SLOW * (last.t - first.t) or abs(along) < _ALONG * off * way:
+        ahead_n, ahead_e = last.ahead_n - first.ahead_n, last.ahead_e - first.ahead_e
+        straight, along = math.hypot(ahead_n, ahead_e), off_n * ahead_n + off_e * ahead_e
+        if straight < _STRAIGHT * (last.t - first.t) or abs(along) < _ALONG * off * straight:
             return False
         half = len(entries) // 2
         if len(entries) >= _HALVES:
@@ -139,7 +142,7 @@ class WayCheck:
                 part_n, part_e, *_ = _slopes(part)
                 if part_n * off_n + part_e * off_e < _HALF * off * off:
                     return False
-        m.lie, m.current = off, Current(current_n, current_e, math.hypot(std, _HULL_STD), m.t)
+        m.lie, m.current_n, m.current_e = off, current_n, current_e
         return True
 
     def still_wrong(self, ping: Dvl, psi: float, hull: HullVelocity | None) -> bool:
@@ -152,14 +155,8 @@ class WayCheck:
             return m.lie > 0.0
         s, c = math.sin(psi), math.cos(psi)
         ahead, aside = ping.u - hull.u, ping.v - hull.v
-        north, east = ahead * c - aside * s - m.current.north, ahead * s + aside * c - m.current.east
+        north, east = ahead * c - aside * s - m.current_n, ahead * s + aside * c - m.current_e
         return math.hypot(north, east) > _MARGIN * m.lie
-
-    def corrected(self, hull: HullVelocity | None) -> HullVelocity | None:
-        """Return the hull's model with the current by fixes, while the DVL, which would tell it, is wrong."""
-        if hull is None or self.memory.lie == 0.0:
-            return hull
-        return hull._replace(current=self.memory.current)
 
     def clear(self) -> None:
         """Take note that the DVL is believed again."""

@@ -127,15 +127,3 @@ def test_a_compass_that_is_off_across_a_current_convicts_no_dvl(compass: float, 
 
 def test_a_receiver_that_tells_ten_fixes_a_second_tells_as_much() -> None:
     assert drive(WayCheck(), 30, lie=-1.0, rate=10) <= 20.0
-
-
-def test_the_current_by_fixes_is_gone_by_while_the_dvl_is_wrong() -> None:
-    check = WayCheck()
-    assert check.corrected(HULL) is HULL
-    drive(check, 40, lie=-1.0, current=(0.2, -0.1))
-    corrected = check.corrected(HULL)
-    assert corrected is not None
-    assert corrected.current[:2] == pytest.approx((0.2, -0.1), abs=3.0 * corrected.current.std)
-    assert corrected.current.std < 0.3
-    check.clear()
-    assert check.corrected(HULL) is HULL
