@@ -159,10 +159,10 @@ class Control:
 
         DISARMED: all zero; the memory is cleared. MANUAL: the sticks, limited; zero when they are too old.
         SURFACE: a pitch instead of a depth, and the propeller as the stage has it. Other modes: the laws. A state with
-        a non-finite entry gives NaN fin angles, which the gate rejects, and leaves
-        depth and heading memory as they are. Below u_min the fin angles are scaled by u / u_min; at rest and astern
-        they are zero. The excitation of a learning manoeuvre is part of the demand, so that the laws know of it and
-        the gate limits the sum.
+        a non-finite entry gives NaN fin angles, which the gate rejects, and leaves depth and heading memory as they
+        are. Below u_min, through the water, the fin angles are scaled by u / u_min; at rest and astern they are zero.
+        The excitation of a learning manoeuvre is part of the demand, so that the laws know of it and the gate limits
+        the sum.
         """
         if mode.mode is Mode.DISARMED:
             self._reset()

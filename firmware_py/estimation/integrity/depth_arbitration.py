@@ -37,14 +37,10 @@ _SUDDEN = 0.6
 """It is a leap, if so much of what came in 5 s came in the last second: a pitch drifts, while eddies heave the hull."""
 _MODEL_TIME = 5.0
 """The model's threshold is for so long, s, and grows from there in proportion to the time."""
-_NOT_OF_PITCH = (
-    SourceFault.NONE,
-    SourceFault.OUTLIERS,
-    SourceFault.UNDECIDED,
-    SourceFault.CONTRADICTED,
-    *HEADING_FAULTS,
-)
-"""Under these suspicions it is as likely the DVL that is wrong."""
+PITCH_HOLDS = (SourceFault.NONE, SourceFault.OUTLIERS, *HEADING_FAULTS)
+"""Under any other suspicion, a pitch convicts no other sensor: its gyro is no second witness."""
+_BY_DVL = (*PITCH_HOLDS, SourceFault.UNDECIDED, SourceFault.CONTRADICTED)
+"""Under these, of which the last two come of the DVL too, it is as likely that one that is wrong."""
 _NEWCOMER = 60.0
 """An AHRS that is heard again for a shorter time, s, is to blame before a DVL that was there all along."""
 _EXPLAINS = 5.0
@@ -210,7 +206,7 @@ def accuse_carried(t: float, which: Accused, slip: float, ahrs: SourceWatch, dvl
         dvl.accuse(SourceFault.DRIFT, t)
         ahrs.acquit()
     else:
-        if ahrs.memory.fault in _NOT_OF_PITCH and not came_back(ahrs, dvl, t):
+        if ahrs.memory.fault in _BY_DVL and not came_back(ahrs, dvl, t):
             dvl.accuse(SourceFault.UNDECIDED, t)
         if dvl.believed or t - dvl.memory.t_fault > _EXPLAINS:
             ahrs.accuse(SourceFault.UNDECIDED, t)

@@ -11,7 +11,7 @@ from firmware_py.estimation.integrity.altitude_check import AltitudeCheck
 from firmware_py.estimation.integrity.attitude_check import AttitudeCheck
 from firmware_py.estimation.integrity.confirmation import FixCheck, hear_battery, hear_leak
 from firmware_py.estimation.integrity.depth_accusation import accuse_depth
-from firmware_py.estimation.integrity.depth_arbitration import Accused, judge_again
+from firmware_py.estimation.integrity.depth_arbitration import PITCH_HOLDS, Accused, judge_again
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.integrity.integrity_records import NO_CORRECTION, IntegrityMemory
 from firmware_py.estimation.integrity.model_check import ModelCheck
@@ -22,7 +22,7 @@ from firmware_py.estimation.navigation.navigation import NavigationParams
 from firmware_py.estimation.navigation.velocity import FilterVelocity, HullVelocity
 from firmware_py.marine import depth_of_pressure
 from firmware_py.records.command import Applied
-from firmware_py.records.health import HEADING_FAULTS, Role, SensorHealth, SourceFault
+from firmware_py.records.health import Role, SensorHealth, SourceFault
 from firmware_py.records.sensing import Ahrs, Dvl, Fix, Heard, SensorFrame
 from firmware_py.tick import Rate, Tick
 from firmware_py.vehicle.vehicle import Vehicle
@@ -43,8 +43,6 @@ _GAP = 0.5
 """Longer than this, s, nothing is carried on from one AHRS report to the next."""
 _PING_AGE = 1.0
 """An older ping no longer carries the depth, s."""
-_PITCH_HOLDS = (SourceFault.NONE, SourceFault.OUTLIERS, *HEADING_FAULTS)
-"""Under any other suspicion, a pitch convicts no other sensor: its gyro is no second witness."""
 
 
 class SensorIntegrity:
@@ -149,7 +147,7 @@ class SensorIntegrity:
             by_dvl = pinged and velocity.measured and sources.dvl.believed
             tilted = abs(theta) > _STEEP or abs(phi) > _ROLLED
             modelled = velocity.holds and velocity.likely > _UNDER_WAY and not tilted
-            known = (by_dvl or modelled) and sources.ahrs.memory.fault in _PITCH_HOLDS
+            known = (by_dvl or modelled) and sources.ahrs.memory.fault in PITCH_HOLDS
             self._vertical.carry(t, dt, model, raw, by_dvl, modelled, known)
 
     def _hear_dvl(self, heard: Heard[Dvl], t: float) -> None:

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from sternplane.study.adaptation import other_wrong, rivals, steps, straight
-from sternplane.study.adaptation.courses import FINS, halved, slow_turns, track
+from sternplane.study.adaptation.courses import halved, slow_turns, track
 from sternplane.study.adaptation.rivals import ADAPTIVE, FIXED, ORACLE, PID, SHIPPED_PID
 from sternplane.study.cases.honesty import signs
 from sternplane.study.rows import RunArrays
-from sternplane.study.setups import CONFIG
+from sternplane.study.setups import CONFIG, FINS
 from sternplane.study.wrong_vehicle import overlay
 
 from firmware_py.adapters.storage.toml_files import read_toml

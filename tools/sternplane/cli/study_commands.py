@@ -33,7 +33,7 @@ def add_studies(commands: Any, lazily: Lazily) -> None:
         "the runs. A second start with the same --out goes on where the first was broken off.",
         epilog="Exit status 0 if every target is met, 1 if not (what is missed is named), 2 for bad input.",
     )
-    _add_seeds(adaptation, "1000:1040", "one or two seeds, same cases")
+    _add_seeds(adaptation, "1000:1040", "one to three seeds, same cases")
     _add_leaving(adaptation, "autopilot, sensors or io")
     adaptation.set_defaults(run=lazily("sternplane.study.adaptation.command", draws=True))
 

@@ -30,6 +30,8 @@ from sternplane.study.rows import RunArrays
 from sternplane.study.shipped_filter import shipped
 
 CONFIG = configs() / "npsauv2"
+FINS = ("stern_port", "stern_starboard", "rudder_upper", "rudder_lower")
+"""Its fins."""
 PAPER_EKF = dict(zip(TEN, (0.12, 0.26, 0.33, 0.58, 0.13, 0.05, 0.09, 14.53, 9.61, 23.29), strict=True))
 """Table 1 of the paper, %: the steady-state errors of its EKF, noise-free."""
 PAPER_SMO = dict(zip(TEN, (1.10, 1.46, 24.67, 17.78, 30.35, 3.07, 2.48, 49.34, 102.57, 44.22), strict=True))

@@ -6,9 +6,9 @@ import re
 
 from sternplane.sitl.flight import SCENARIOS
 from sternplane.study.adaptation.flight import Course
+from sternplane.study.setups import FINS
 
 _ADOPTION = "[autopilot.control.adoption]\nenabled = {adoption}\n"
-FINS = ("stern_port", "stern_starboard", "rudder_upper", "rudder_lower")
 _STEP = 14.0
 _TRACK = """
 description = "The adaptation study: depth and heading up and down, left and right, in a current."

@@ -15,11 +15,11 @@ from firmware_py.safety.actuators.actuator_params import ActuatorParams
 from firmware_py.safety.actuators.hull_response import PERIOD
 from firmware_py.safety.actuators.share_watch import ShareWatch
 from sim_bridge.truth_sample import TruthSample
-from sternplane.study.adaptation.courses import FINS, demonstration, track
+from sternplane.study.adaptation.courses import demonstration, track
 from sternplane.study.adaptation.flight import Course, Design, Witness, flown
 from sternplane.study.adaptation.matched_filter import MatchedFilter
 from sternplane.study.rows import Case, Results, Row, RunArrays
-from sternplane.study.setups import vehicle
+from sternplane.study.setups import FINS, vehicle
 
 _PAIRS = {"rudder": ("rudder_upper", "rudder_lower"), "stern plane": ("stern_port", "stern_starboard")}
 _EXCITED = math.radians(2.0)

@@ -14,10 +14,10 @@ import numpy as np
 
 from sternplane.study.cases.honesty import FAR, judged, ten
 from sternplane.study.rows import Case, Results, Row, RunArrays
+from sternplane.study.setups import FINS
 from sternplane.study.waypoints import waypoint
 
 HULL = "npsauv2"
-FINS = ("stern_port", "stern_starboard", "rudder_upper", "rudder_lower")
 DURATION, FOUND = 200.0, 30.0
 """s; within the second a mission makes fins move that have been still: what they do not move cannot tell of them."""
 MOST = 0.05
