@@ -224,7 +224,8 @@ def judge_again(
 ) -> None:
     """Keep pitch and DVL under suspicion until a good pressure agrees with them: to be steady proves nothing.
 
-    What is not decided of a pitch runs out beside a DVL that is convicted, for that is in what is compared.
+    What is not decided of a pitch runs out beside a DVL that is convicted, for that is in what is compared, unless the
+    hull says that it is the pitch.
 
     Args:
         t: the time, s.
@@ -233,17 +234,21 @@ def judge_again(
         dvl: the watch of the DVL.
         judge_raw: that of the `VerticalCheck`.
     """
-    fault = ahrs.memory.fault
-    pitch = fault is SourceFault.CONTRADICTED or (fault is SourceFault.UNDECIDED and dvl.believed)
+    fault, convicted = ahrs.memory.fault, not dvl.believed
+    undecided = fault is SourceFault.UNDECIDED
+    pitch = undecided or fault is SourceFault.CONTRADICTED
     velocity = dvl.memory.fault in (SourceFault.DRIFT, SourceFault.STEP, SourceFault.UNDECIDED)
     if not (pitch or velocity):
         return
     differs, which = judge_raw()
     if differs is False:
         return
-    if differs and pitch and velocity:
+    if undecided and convicted:
+        pitch = which is Accused.PITCH
+    elif differs and pitch and (velocity or which is Accused.DVL or (undecided and not came_back(ahrs, dvl, t))):
         accuse_carried(t, which, slip, ahrs, dvl)
-    elif pitch:
-        ahrs.accuse(ahrs.memory.fault, t)
-    elif differs:
+        return
+    if pitch:
+        ahrs.accuse(fault, t)
+    if differs and velocity:
         dvl.accuse(dvl.memory.fault, t)

@@ -84,8 +84,11 @@ class SensorIntegrity:
             self._stand_in = None
         elif role is Role.PRESSURE and self._vertical.stands_in:
             self._vertical.trust()
-        elif role in (Role.DVL, Role.ALTITUDE):
-            self._altitude.forget(1 if role is Role.DVL else 0)
+        elif role is Role.DVL:
+            self._altitude.forget(1)
+            self._velocity.way.thaw(other._velocity.way.freeze())
+        elif role is Role.ALTITUDE:
+            self._altitude.forget(0)
 
     def update(
         self, tick: Tick, frame: SensorFrame, applied: Applied, known: FilterVelocity | None = None

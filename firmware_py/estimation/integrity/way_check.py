@@ -7,8 +7,9 @@ before anything believes a DVL that was wrong from the start: under water its fa
 If they contradict each other the DVL is wrong where it makes the current stronger than the fixes do, and only ahead or
 astern: aside the heading may be wrong, and a current from that side would make it the DVL. Fixes that jump contradict
 it in one half of the time only. Under water a DVL that was wrong stays so for as long as it tells of a current that is
-as far from theirs. Nobody goes by that one: with fins and propeller partly out of the water the hull's model is 0.1 m/s
-off, or 0.3.
+as far from theirs, and turns with the hull: where the difference stays as it was over the ground, the fixes walked
+off. Nobody goes by their current: with fins and propeller partly out of the water the hull's model is 0.1 m/s off, or
+0.3.
 """
 
 from __future__ import annotations
@@ -25,23 +26,34 @@ from firmware_py.records.sensing import Dvl, Fix
 
 _SIGMAS, _LEAST = 5.0, 0.3
 """The two contradict each other beyond so many sigmas, and beyond this, m/s: fixes wander."""
-_ENTRIES, _ENOUGH, _HALVES = 30, 6, 12
-"""So many fixes are compared at most, and at least; from so many on each half has to show the contradiction,"""
-_HALF = 0.4
-"""this share of it."""
+_ENTRIES, _ENOUGH = 30, 12
+"""So many fixes are compared at most, and at least."""
+_HALF = 0.6
+"""Each half of them has to show this share of the contradiction."""
+_FIX_STD = 1.0
+"""A fix is off by so much at least, m, whatever its receiver says: it may jump."""
 _APART = 0.9
 """Fixes that follow each other sooner, s, tell little more."""
 _GAP = 3.0
 """After a longer silence of the fixes, s, the comparison begins anew."""
 _MARGIN = 0.5
 """Where the currents by DVL and by fixes differ in strength by less than this share of the contradiction, nothing tells
-which is wrong. A current that comes back to less than this share of it clears the DVL."""
+which is wrong. A current that comes back to less than this share of it clears the DVL,"""
+_HULL = 0.35
+"""or to less than this, m/s: so much may the hull's model have been off by at the surface."""
 _ALONG, _STRAIGHT = 0.7, 0.5
-"""So much of the contradiction is ahead or astern by the mean heading, of a time that was so straight at least."""
+"""So much of the contradiction is ahead or astern by the mean heading, of a time that was so straight at least,"""
+_COMPASS = 0.6
+"""and so much of it along the way by DVL, unless it is more than this share of that: no compass is 35 deg off."""
+_TOLD = 0.9
+"""Only a way that was so straight clears a DVL, or tells anew what it is off by."""
+_TURNED = 1.0
+"""On a heading that is farther from that at the surface, rad, a lie that turns with the hull is told from fixes that
+walked off."""
 
 
 class Entry(NamedTuple):
-    """A fix: time, s, and 1 sigma, m; what it leaves the ways by DVL and through the water by, m; `ahead` as memory."""
+    """A fix: time, s, and 1 sigma, m; what it leaves the ways by DVL and through the water by, m; the memory's ways."""
 
     t: float
     std: float
@@ -49,6 +61,8 @@ class Entry(NamedTuple):
     off_e: float
     drift_n: float
     drift_e: float
+    north: float
+    east: float
     ahead_n: float
     ahead_e: float
 
@@ -60,7 +74,8 @@ class WayCheckMemory:
     `t` is when a fix was heard last, s; `latitude` and `longitude` are of the first, rad. `north` and `east` are the
     way since by DVL and heading, m, `through_n` and `through_e` that through the water, `ahead_n` and `ahead_e` for how
     long it has headed there, s; `entries` are of the fixes. `lie` is how far the DVL was wrong, m/s, 0 once it is
-    believed again; `current_n` and `current_e` are the current by fixes then, m/s.
+    believed again; of then are `lie_ahead`, m/s, by how much its u was too high, on the heading `psi`, rad, and what it
+    was off by over the ground, `off_n` and `off_e`, and the current by fixes, `current_n` and `current_e`, m/s.
     """
 
     t: float = -math.inf
@@ -74,6 +89,10 @@ class WayCheckMemory:
     ahead_e: float = 0.0
     entries: tuple[Entry, ...] = ()
     lie: float = 0.0
+    lie_ahead: float = 0.0
+    psi: float = 0.0
+    off_n: float = 0.0
+    off_e: float = 0.0
     current_n: float = 0.0
     current_e: float = 0.0
 
@@ -119,30 +138,36 @@ class WayCheck:
         north = (fix.latitude - m.latitude) * EARTH_RADIUS
         east = wrap(fix.longitude - m.longitude) * EARTH_RADIUS * math.cos(m.latitude)
         left = north - m.north, east - m.east, north - m.through_n, east - m.through_e
-        m.entries = (*m.entries[1 - _ENTRIES :], Entry(t, fix.std, *left, m.ahead_n, m.ahead_e))
+        way = m.north, m.east, m.ahead_n, m.ahead_e
+        m.entries = (*m.entries[1 - _ENTRIES :], Entry(t, fix.std, *left, *way))
         return len(m.entries) >= _ENOUGH and self._contradicts()
 
     def _contradicts(self) -> bool:
         m, entries = self.memory, self.memory.entries
         off_n, off_e, current_n, current_e, square = _slopes(entries)
-        off, std = math.hypot(off_n, off_e), max(entry.std for entry in entries) / math.sqrt(square)
-        if len(entries) == _ENTRIES and off < _MARGIN * m.lie:
+        off, std = math.hypot(off_n, off_e), max(_FIX_STD, *[entry.std for entry in entries]) / math.sqrt(square)
+        first, last = entries[0], entries[-1]
+        time, ahead_n, ahead_e = last.t - first.t, last.ahead_n - first.ahead_n, last.ahead_e - first.ahead_e
+        straight = math.hypot(ahead_n, ahead_e)
+        if len(entries) == _ENTRIES and off < _MARGIN * m.lie and straight > _TOLD * time:
             m.lie = 0.0
         by_fixes, by_dvl = math.hypot(current_n, current_e), math.hypot(current_n - off_n, current_e - off_e)
         if not (off > max(_LEAST, _SIGMAS * std) and by_dvl - by_fixes > _MARGIN * off):
             return False
-        first, last = entries[0], entries[-1]
-        ahead_n, ahead_e = last.ahead_n - first.ahead_n, last.ahead_e - first.ahead_e
-        straight, along = math.hypot(ahead_n, ahead_e), off_n * ahead_n + off_e * ahead_e
-        if straight < _STRAIGHT * (last.t - first.t) or abs(along) < _ALONG * off * straight:
+        north, east, along = last.north - first.north, last.east - first.east, off_n * ahead_n + off_e * ahead_e
+        way = math.hypot(north, east)
+        if straight < _STRAIGHT * time or abs(along) < _ALONG * off * straight:
+            return False
+        if off * time < _COMPASS * way and abs(off_n * north + off_e * east) < _ALONG * off * way:
             return False
         half = len(entries) // 2
-        if len(entries) >= _HALVES:
-            for part in (entries[:half], entries[half:]):
-                part_n, part_e, *_ = _slopes(part)
-                if part_n * off_n + part_e * off_e < _HALF * off * off:
-                    return False
-        m.lie, m.current_n, m.current_e = off, current_n, current_e
+        for part in (entries[:half], entries[half:]):
+            part_n, part_e, *_ = _slopes(part)
+            if part_n * off_n + part_e * off_e < _HALF * off * off:
+                return False
+        if m.lie == 0.0 or straight > _TOLD * time:
+            m.lie, m.lie_ahead, m.psi = off, -along / straight, math.atan2(ahead_e, ahead_n)
+            m.off_n, m.off_e, m.current_n, m.current_e = off_n, off_e, current_n, current_e
         return True
 
     def still_wrong(self, ping: Dvl, psi: float, hull: HullVelocity | None) -> bool:
@@ -156,7 +181,10 @@ class WayCheck:
         s, c = math.sin(psi), math.cos(psi)
         ahead, aside = ping.u - hull.u, ping.v - hull.v
         north, east = ahead * c - aside * s - m.current_n, ahead * s + aside * c - m.current_e
-        return math.hypot(north, east) > _MARGIN * m.lie
+        if math.hypot(north, east) <= max(_HULL, _MARGIN * m.lie):
+            return False
+        by_lie = math.hypot(north - m.lie_ahead * c, east - m.lie_ahead * s)
+        return abs(wrap(psi - m.psi)) < _TURNED or by_lie <= math.hypot(north + m.off_n, east + m.off_e)
 
     def clear(self) -> None:
         """Take note that the DVL is believed again."""

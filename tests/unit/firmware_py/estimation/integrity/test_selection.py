@@ -268,3 +268,10 @@ def test_a_velocity_that_differs_from_the_second_is_not_believed_again() -> None
     assert boat.believed("dvl") == 1
     assert len(boat.changes) == 1
     assert boat.selection.candidates[0].health.fault is not SourceFault.NONE
+
+
+def test_what_fixes_told_of_one_velocity_is_not_held_against_another() -> None:
+    lies, sound_one = new(), new()
+    lies._velocity.way.memory.lie = 1.0
+    lies.adopt(Role.DVL, sound_one)
+    assert lies._velocity.way.memory.lie == 0.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -124,6 +125,35 @@ def test_a_gap_in_which_no_ahrs_is_lost_acquits_no_dvl(gap: float) -> None:
 
     seen = list(voyage(27.0, {"dvl": sinking_dvl(0.15)}, dive=LEVEL, change=stutters))
     assert suspects(seen) == {("pressure", F.UNDECIDED), ("dvl", F.UNDECIDED)}
+
+
+@pytest.mark.parametrize("w", [-0.2, 0.2, 0.3])
+@pytest.mark.parametrize("away", [(0.0, 7.0), (10.0, 12.0)], ids=["late", "gap"])
+def test_after_an_ahrs_was_away_a_dvl_that_lies_is_named(w: float, away: tuple[float, float]) -> None:
+    def silent(t: float, ahrs: Any) -> Any:
+        return None if away[0] <= t < away[1] else ahrs
+
+    lies = after(30.0, lambda _, v: v._replace(w=v.w + w))
+    assert ("dvl", F.DRIFT) in suspects(list(voyage(60.0, {"ahrs": silent, "dvl": lies}, dive=(20.0, 50.0))))
+
+
+def _always(says: tuple[bool, Accused]) -> tuple[bool, Accused]:
+    return says
+
+
+def test_beside_a_dvl_that_is_convicted_a_pitch_stays_suspect_while_the_hull_speaks_against_it() -> None:
+    ahrs, dvl = SourceWatch(0.5, 0.5, 9), SourceWatch(1.0, 0.5, 2)
+    ahrs.accuse(F.UNDECIDED, 0.0)
+    dvl.accuse(F.STEP, 0.0)
+    for k in range(200):
+        t = 0.1 * k
+        says = (True, Accused.PITCH if t < 10.0 else Accused.CARRIED)
+        judge_again(t, 0.0, ahrs, dvl, partial(_always, says))
+        for watch in (ahrs, dvl):
+            watch.memory.t_ok = t
+            watch.judge(t, 0.1, 5.0, 0.0)
+        assert ahrs.memory.fault is (F.UNDECIDED if t < 14.8 else F.NONE) or 14.8 <= t < 15.2
+        assert dvl.memory.fault is F.STEP
 
 
 @pytest.mark.parametrize("fault", [F.CONTRADICTED, F.CURRENT, F.DRIFT, F.STEP])
