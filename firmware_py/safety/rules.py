@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 from firmware_py.records.event import Cause
 from firmware_py.records.fence import WITHIN
-from firmware_py.records.health import HEADING_FAULTS, SourceFault, SourceHealth, SourceState
+from firmware_py.records.health import HEADING_FAULTS, ActuatorFault, SourceFault, SourceHealth, SourceState
 from firmware_py.records.order import Mode
 from firmware_py.safety.action import safer
 from firmware_py.safety.conditions import Conditions, Faulty
@@ -77,6 +77,9 @@ class Rule(NamedTuple):
 DISARMED, SURFACE = Mode.DISARMED, Mode.SURFACE
 _GOOD, _SUSPECT = SourceState.GOOD, SourceState.SUSPECT
 _TILT_HOLDS = (SourceFault.OUTLIERS, SourceFault.UNDECIDED, *HEADING_FAULTS)
+_SLOW = (ActuatorFault.SLOW, ActuatorFault.LAGGING)
+_LATE, _SLOW_PITCH = 3.0, 2.0 / 3.0
+"""A vehicle with a fin that is slow pulls up later by so much, s; from so much of the greatest pitch it swings on."""
 _FLOWN = (Mode.HOLD, Mode.MISSION, Mode.LOITER, Mode.GUIDED, Mode.RETURN)
 """Modes in which a depth is flown."""
 
@@ -104,7 +107,18 @@ def _off_depth(c: Conditions, p: SafetyParams) -> bool:
 
 def _depth_reached(c: Conditions) -> float:
     """Return the depth, m, with what a damaged vehicle loses more than a sound one until it has pulled up."""
-    return c.depth if c.faults.plane else c.depth + c.left.lost_height(c.slope)
+    if c.faults.plane:
+        return c.depth
+    late = _LATE * max(0.0, c.z_dot) if _is_slow(c) else 0.0
+    return c.depth + c.left.lost_height(c.slope) + late
+
+
+def _is_slow(c: Conditions) -> bool:
+    return c.faults.worn is not None and c.faults.worn.fault in _SLOW
+
+
+def _pitch_limit(c: Conditions, p: SafetyParams) -> float:
+    return _SLOW_PITCH * p.pitch_max if _is_slow(c) else p.pitch_max
 
 
 def _too_low(c: Conditions, p: SafetyParams) -> bool:
@@ -185,8 +199,8 @@ RULES: tuple[Rule, ...] = (
          lambda c, p: (c.altitude, p.altitude_min)),
     Rule(Cause.FENCE,            lambda c, _: c.breach != WITHIN and not c.returning, "fence_time", "fence_action",
          lambda c, _: (float(c.breach),)),
-    Rule(Cause.PITCH,            lambda c, p: c.pitch > p.pitch_max, "pitch_time", "pitch_action",
-         lambda c, p: (c.pitch, p.pitch_max)),
+    Rule(Cause.PITCH,            lambda c, p: c.pitch > _pitch_limit(c, p), "pitch_time", "pitch_action",
+         lambda c, p: (c.pitch, _pitch_limit(c, p))),
     Rule(Cause.ROLL,             lambda c, p: c.roll > p.roll_max, "roll_time", "roll_action",
          lambda c, p: (c.roll, p.roll_max)),
     Rule(Cause.DEPTH_ERROR,      _off_depth, "depth_error_time", "depth_error_action",

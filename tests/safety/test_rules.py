@@ -88,6 +88,7 @@ def stuck(source: FinEvidence, dive_left: float) -> dict[str, Any]:
 
 
 SINKING = STATE.nu._replace(w=0.5)
+PITCHED = STATE.eta._replace(theta=-0.55)
 STEEP = STATE.nu._replace(u=1.5, w=0.7)
 CASES = (
     Case(Cause.LEAK, "leak_action", 51, {"leak": True}),
@@ -98,11 +99,13 @@ CASES = (
     Case(Cause.LEAK_SILENT, "leak_silent_action", 3001, {"frame": {"leak": Heard(math.nan, 0.0, True, True)}}),
     Case(Cause.DEPTH_LIMIT, "depth_max_action", 31, {"z": 30.1}),
     Case(Cause.DEPTH_LIMIT, "depth_max_action", 31, {"z": 29.0, "nu": STEEP, "left": CRIPPLED}),
+    Case(Cause.DEPTH_LIMIT, "depth_max_action", 31, {"z": 28.0, "nu": STEEP, **lagging(ActuatorFault.SLOW, NONE)}),
     Case(Cause.ALTITUDE_LIMIT, "altitude_action", 101, {"altitude": 5.4, "nu": STEEP, "left": CRIPPLED}),
     Case(Cause.ALTITUDE_LIMIT, "altitude_action", 101, {"altitude": 1.9}),
     Case(Cause.ALTITUDE_LIMIT, "altitude_action", 101, {"altitude": 3.9, "nu": SINKING}),
     Case(Cause.ALTITUDE_LIMIT, "altitude_action", 101, {"altitude": 1.9, "eta": STATE.eta._replace(theta=math.nan)}),
     Case(Cause.PITCH, "pitch_action", 201, {"eta": STATE.eta._replace(theta=-0.8)}),
+    Case(Cause.PITCH, "pitch_action", 201, {"eta": PITCHED, **lagging(NONE, ActuatorFault.LAGGING)}),
     Case(Cause.ROLL, "roll_action", 1001, {"eta": STATE.eta._replace(phi=1.1)}),
     Case(Cause.DEPTH_ERROR, "depth_error_action", 2001, {"reference": replace(AT_PLACE, z_d=10.1)}),
     Case(Cause.AHRS_SUSPECT, "ahrs_action", 201, suspect("ahrs")),
