@@ -149,6 +149,7 @@ def flown_as(
     laws: str = "",
     faults: tuple[str, ...] = (),
     witness: Witness | None = None,
+    config: Path = CONFIG,
 ) -> Errors:
     """Fly a course.
 
@@ -160,19 +161,26 @@ def flown_as(
         laws: tables of the autopilot's configuration that are not as shipped, TOML.
         faults: as the command line takes them.
         witness: one's own, which sees every cycle; None makes one.
+        config: the vehicle's folder.
     """
     witness = witness or Witness()
     text = course.scenario.format(adoption=str(adoption).lower())
-    return witness.errors(fly_seen(text + laws + overlay(factors), seed, witness, faults))
+    return witness.errors(fly_seen(text + laws + overlay(factors), seed, witness, faults, config))
 
 
-def fly_seen(scenario: str, seed: int, witness: simulation_recorder.Witness, faults: tuple[str, ...] = ()) -> bool:
+def fly_seen(
+    scenario: str,
+    seed: int,
+    witness: simulation_recorder.Witness,
+    faults: tuple[str, ...] = (),
+    config: Path = CONFIG,
+) -> bool:
     """Fly the text of a scenario before a witness, without a log, and return whether it was completed."""
     with tempfile.TemporaryDirectory() as name:
         path = Path(name) / "study.toml"
         path.write_text(scenario, encoding="utf-8")
         settings = beside(scenario, settings_now())
-        request = FlightRequest(scenario=str(path), config=CONFIG, seed=seed, faults=faults, settings=settings)
+        request = FlightRequest(scenario=str(path), config=config, seed=seed, faults=faults, settings=settings)
         flight = prepare(request, {})
         outcome = fly(flight, None, witness=witness)
         if outcome.reason == "interrupted":

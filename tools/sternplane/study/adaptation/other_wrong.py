@@ -1,32 +1,57 @@
-"""What the filter does not learn, or learns only for the sake of the ten, is wrong: no flight may fail for it."""
+"""What the filter does not learn, or learns only for the sake of the ten, is wrong, or the hull is another one."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
+from firmware_py.adapters.installation import configs
 from firmware_py.adapters.storage.toml_files import read_toml
 from sternplane.study.adaptation.courses import track
 from sternplane.study.adaptation.flight import flown_as
-from sternplane.study.cases.honesty import Signs, Tables, added_mass, buoyancy, drag, rest, signs
+from sternplane.study.cases.honesty import (
+    NPS,
+    REMUS,
+    Hull,
+    Signs,
+    Tables,
+    added_mass,
+    buoyancy,
+    drag,
+    nothing,
+    rest,
+    signs,
+    ten,
+)
 from sternplane.study.rows import Case, Results, Row, RunArrays
-from sternplane.study.setups import CONFIG
 from sternplane.study.wrong_vehicle import Factors
 
-WAYS: Mapping[str, Callable[[Tables, Signs], Factors]] = {
-    "added mass +-20 %": added_mass,
-    "the rest +-20 %": rest,
-    "drag +-20 %": drag,
-    "buoyancy +-1 %": buoyancy,
+
+class Way(NamedTuple):
+    """One way in which a vehicle file is wrong."""
+
+    factors: Callable[[Tables, Signs], Factors]
+    hull: Hull = NPS
+
+
+WAYS: Mapping[str, Way] = {
+    "added mass +-20 %": Way(added_mass),
+    "REMUS 100, the ten +-30 %": Way(ten(0.3), REMUS),
+    "the rest +-20 %": Way(rest),
+    "drag +-20 %": Way(drag),
+    "buoyancy +-1 %": Way(buoyancy),
+    "REMUS 100, nothing": Way(nothing, REMUS),
 }
-_NAME = "track, wrong in what is not learned"
+_NAME = "track, wrong otherwise"
 
 
 def _run(seed: int, k: int) -> RunArrays:
-    course, name = track(), tuple(WAYS)[k % len(WAYS)]
-    factors = WAYS[name](read_toml(CONFIG / "vehicle.toml"), signs(seed))
-    errors = flown_as(course, seed, factors, adoption=True)
+    factors, hull = tuple(WAYS.values())[k % len(WAYS)]
+    folder, course = configs() / hull.folder, track(cruise=(hull.u, hull.n))
+    wrong = factors(read_toml(folder / "vehicle.toml"), signs(seed))
+    errors = flown_as(course, seed, wrong, adoption=True, config=folder)
     figures = errors.figures(course.settled)
     found = [float(errors.failed), figures["depth"], figures["heading"]]
     return {"way": np.array(k % len(WAYS)), "found": np.array(found)}
@@ -49,10 +74,11 @@ CASES = (
     Case(
         _NAME,
         "The ten coefficients of the vehicle file are right, and everything of one other kind is wrong: added mass, by "
-        "equation; drag along, across and of the fins; buoyancy; or every other coefficient. To sides that are drawn.",
+        "equation; drag along, across and of the fins; buoyancy; or every other coefficient. To sides that are drawn. "
+        "And another hull, the REMUS 100, whose file is right, or its ten coefficients are wrong.",
         _run,
         _evaluate,
-        40,
+        48,
         2,
     ),
 )
