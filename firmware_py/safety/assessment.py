@@ -34,7 +34,8 @@ _HANGS = (WeightState.HELD, WeightState.STUCK)
 _STUCK = (ActuatorFault.JAMMED, ActuatorFault.HARD_OVER, ActuatorFault.LOST)
 _DAMAGED = (*_STUCK, ActuatorFault.WEAK)
 _STEERS = (ActuatorFault.NONE, ActuatorFault.SLOW, ActuatorFault.LOOSE, ActuatorFault.WEAK)
-_WORN = (ActuatorFault.SLOW, ActuatorFault.LAGGING, ActuatorFault.LOOSE)
+_TOO_SLOW = (ActuatorFault.SLOW, ActuatorFault.LAGGING)
+_WORN = (*_TOO_SLOW, ActuatorFault.LOOSE)
 _BY_MOTION = 0.5
 """Of the reserve. 10 deg of angle are 22 % of the control that two fins of 23 deg have; 4 deg too many are 9 %."""
 _SLOW = 0.5
@@ -155,6 +156,7 @@ def actuator_faults(
         silent=_first(everything, (ActuatorFault.SILENT,)),
         worn=_first(everything, _WORN) or _first(propeller, (ActuatorFault.WEAK,)),
         damaged=_first(damaged, _DAMAGED),
+        slow=_first(planes, _TOO_SLOW),
     )
 
 

@@ -24,7 +24,7 @@ class ActuatorFaults(NamedTuple):
 
     `plane`, `rudder` and `propeller` are jammed or without force; `damaged` is a fin that is so, or weak, while the
     others still control the vehicle. `runaway` is the propeller too; `silent` and `worn` (slow, loose, a weak
-    propeller) are any.
+    propeller) are any; `slow` is a plane.
     """
 
     plane: Faulty | None = None
@@ -34,6 +34,7 @@ class ActuatorFaults(NamedTuple):
     silent: Faulty | None = None
     worn: Faulty | None = None
     damaged: Faulty | None = None
+    slow: Faulty | None = None
 
 
 NO_FAULTS = ActuatorFaults()

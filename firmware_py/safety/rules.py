@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 from firmware_py.records.event import Cause
 from firmware_py.records.fence import WITHIN
-from firmware_py.records.health import HEADING_FAULTS, ActuatorFault, SourceFault, SourceHealth, SourceState
+from firmware_py.records.health import HEADING_FAULTS, SourceFault, SourceHealth, SourceState
 from firmware_py.records.order import Mode
 from firmware_py.safety.action import safer
 from firmware_py.safety.conditions import Conditions, Faulty
@@ -77,9 +77,10 @@ class Rule(NamedTuple):
 DISARMED, SURFACE = Mode.DISARMED, Mode.SURFACE
 _GOOD, _SUSPECT = SourceState.GOOD, SourceState.SUSPECT
 _TILT_HOLDS = (SourceFault.OUTLIERS, SourceFault.UNDECIDED, *HEADING_FAULTS)
-_SLOW = (ActuatorFault.SLOW, ActuatorFault.LAGGING)
-_LATE, _SLOW_PITCH = 3.0, 2.0 / 3.0
-"""A vehicle with a fin that is slow pulls up later by so much, s; from so much of the greatest pitch it swings on."""
+_LATE = 3.0
+"""With a slow stern plane the vehicle pulls up later by so much, s."""
+_SWING, _STEEP = 2.0 / 3.0, math.radians(30.0)
+"""With a slow stern plane it cannot stop a swing beyond this share of `pitch_max`, or this, rad: the greater counts."""
 _FLOWN = (Mode.HOLD, Mode.MISSION, Mode.LOITER, Mode.GUIDED, Mode.RETURN)
 """Modes in which a depth is flown."""
 
@@ -106,19 +107,15 @@ def _off_depth(c: Conditions, p: SafetyParams) -> bool:
 
 
 def _depth_reached(c: Conditions) -> float:
-    """Return the depth, m, with what a damaged vehicle loses more than a sound one until it has pulled up."""
+    """Return the depth, m, with what a damaged or slow vehicle loses more than a sound one until it has pulled up."""
     if c.faults.plane:
         return c.depth
-    late = _LATE * max(0.0, c.z_dot) if _is_slow(c) else 0.0
+    late = _LATE * max(0.0, c.z_dot) if c.faults.slow else 0.0
     return c.depth + c.left.lost_height(c.slope) + late
 
 
-def _is_slow(c: Conditions) -> bool:
-    return c.faults.worn is not None and c.faults.worn.fault in _SLOW
-
-
 def _pitch_limit(c: Conditions, p: SafetyParams) -> float:
-    return _SLOW_PITCH * p.pitch_max if _is_slow(c) else p.pitch_max
+    return min(p.pitch_max, max(_SWING * p.pitch_max, _STEEP)) if c.faults.slow else p.pitch_max
 
 
 def _too_low(c: Conditions, p: SafetyParams) -> bool:

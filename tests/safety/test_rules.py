@@ -37,7 +37,7 @@ from firmware_py.tick import Tick
 from .test_supervisor import DT_NS, FORCE, PARAMS, STATE, SupervisedVehicle, old, sailing
 
 FINS = (VehicleFin("port"), VehicleFin("starboard"), VehicleFin("upper", True), VehicleFin("lower", True))
-NONE = ActuatorFault.NONE
+NONE, LOOSE = ActuatorFault.NONE, ActuatorFault.LOOSE
 HELPLESS = UNLIMITED._replace(turn=0.0, turn_left=0.0, up=0.0, up_left=0.0, dive_left=0.0)
 CRIPPLED = UNLIMITED._replace(up=0.02, up_left=0.3, dive_left=0.3)
 AT_PLACE = Reference(5.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0, math.nan)
@@ -100,6 +100,7 @@ CASES = (
     Case(Cause.DEPTH_LIMIT, "depth_max_action", 31, {"z": 30.1}),
     Case(Cause.DEPTH_LIMIT, "depth_max_action", 31, {"z": 29.0, "nu": STEEP, "left": CRIPPLED}),
     Case(Cause.DEPTH_LIMIT, "depth_max_action", 31, {"z": 28.0, "nu": STEEP, **lagging(ActuatorFault.SLOW, NONE)}),
+    Case(Cause.DEPTH_LIMIT, "depth_max_action", 31, {"z": 28.0, "nu": STEEP, **lagging(LOOSE, ActuatorFault.SLOW)}),
     Case(Cause.ALTITUDE_LIMIT, "altitude_action", 101, {"altitude": 5.4, "nu": STEEP, "left": CRIPPLED}),
     Case(Cause.ALTITUDE_LIMIT, "altitude_action", 101, {"altitude": 1.9}),
     Case(Cause.ALTITUDE_LIMIT, "altitude_action", 101, {"altitude": 3.9, "nu": SINKING}),
@@ -153,6 +154,16 @@ def answers(vehicle: SupervisedVehicle, case: Case, ticks: int) -> list[Cause]:
         vehicle.tick(**case.inputs)
         causes += [event.cause for event in vehicle.supervisor.events if event.kind in kinds]
     return causes
+
+
+def test_a_slow_rudder_shortens_no_dive() -> None:
+    slow = {"actuators": ActuatorHealth((NONE, NONE, ActuatorFault.SLOW, NONE), NONE), "left": UNLIMITED}
+    for case in (
+        Case(Cause.DEPTH_LIMIT, "depth_max_action", 31, {"z": 28.0, "nu": STEEP, **slow}),
+        Case(Cause.PITCH, "pitch_action", 201, {"eta": PITCHED, **slow}),
+    ):
+        vehicle = sailing(Mode.MISSION, told(Action.SURFACE, case), FINS)
+        assert answers(vehicle, case, 300) == []
 
 
 @pytest.mark.parametrize("sensor", ["ahrs", "pressure"])

@@ -224,8 +224,8 @@ def judge_again(
 ) -> None:
     """Keep pitch and DVL under suspicion until a good pressure agrees with them: to be steady proves nothing.
 
-    What is not decided of a pitch runs out beside a DVL that is convicted, for that is in what is compared, unless the
-    hull says that it is the pitch.
+    An undecided pitch is believed again beside a DVL that is convicted, whose error explains the difference, unless the
+    hull's motion shows that the pitch is wrong.
 
     Args:
         t: the time, s.

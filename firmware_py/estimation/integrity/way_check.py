@@ -1,7 +1,7 @@
 """The DVL against fixes, at the surface: the way that it shows against the way that they show.
 
 What fixes leave the way by DVL and heading by grows as fast as the DVL is off, whatever the current; what they leave
-the way through the water by the hull's model by grows as fast as the current is. So both are known within ten seconds,
+the way through the water by the hull's model by grows as fast as the current is. So both are known after twelve fixes,
 before anything believes a DVL that was wrong from the start: under water its fault is a current to everybody.
 
 If they contradict each other the DVL is wrong where it makes the current stronger than the fixes do, and only ahead or
@@ -29,7 +29,7 @@ _SIGMAS, _LEAST = 5.0, 0.3
 _ENTRIES, _ENOUGH = 30, 12
 """So many fixes are compared at most, and at least."""
 _HALF = 0.6
-"""Each half of them has to show this share of the contradiction."""
+"""Each half of the fixes has to show this share of the contradiction."""
 _FIX_STD = 1.0
 """A fix is off by so much at least, m, whatever its receiver says: it may jump."""
 _APART = 0.9
@@ -38,13 +38,16 @@ _GAP = 3.0
 """After a longer silence of the fixes, s, the comparison begins anew."""
 _MARGIN = 0.5
 """Where the currents by DVL and by fixes differ in strength by less than this share of the contradiction, nothing tells
-which is wrong. A current that comes back to less than this share of it clears the DVL,"""
+which is wrong. A current that comes back to less than this share of it clears the DVL."""
 _HULL = 0.35
-"""or to less than this, m/s: so much may the hull's model have been off by at the surface."""
+"""So does one that is less than this away, m/s, and nearer to the one by fixes than to the lie: the hull's model may
+have been off by so much at the surface."""
 _ALONG, _STRAIGHT = 0.7, 0.5
-"""So much of the contradiction is ahead or astern by the mean heading, of a time that was so straight at least,"""
+"""So much of the contradiction has to be ahead or astern, by a mean heading that was held for this share of the time,
+and as much of it along the way by DVL."""
 _COMPASS = 0.6
-"""and so much of it along the way by DVL, unless it is more than this share of that: no compass is 35 deg off."""
+"""A contradiction that is greater than this share of the way by DVL may lie across that way: a compass would have to
+be 35 deg off to make it, 2 sin(35 deg / 2)."""
 _TOLD = 0.9
 """Only a way that was so straight clears a DVL, or tells anew what it is off by."""
 _TURNED = 1.0
@@ -53,7 +56,7 @@ walked off."""
 
 
 class Entry(NamedTuple):
-    """A fix: time, s, and 1 sigma, m; what it leaves the ways by DVL and through the water by, m; the memory's ways."""
+    """A fix: time, s; 1 sigma, m; what it leaves the ways by DVL and through the water by, m; what these were then."""
 
     t: float
     std: float
@@ -74,8 +77,8 @@ class WayCheckMemory:
     `t` is when a fix was heard last, s; `latitude` and `longitude` are of the first, rad. `north` and `east` are the
     way since by DVL and heading, m, `through_n` and `through_e` that through the water, `ahead_n` and `ahead_e` for how
     long it has headed there, s; `entries` are of the fixes. `lie` is how far the DVL was wrong, m/s, 0 once it is
-    believed again; of then are `lie_ahead`, m/s, by how much its u was too high, on the heading `psi`, rad, and what it
-    was off by over the ground, `off_n` and `off_e`, and the current by fixes, `current_n` and `current_e`, m/s.
+    believed again. When it was convicted, its u was too high by `lie_ahead`, m/s, on the heading `psi`, rad; fixes left
+    its way by `off_n` and `off_e`, m/s, and told the current `current_n` and `current_e`, m/s.
     """
 
     t: float = -math.inf
@@ -181,9 +184,9 @@ class WayCheck:
         s, c = math.sin(psi), math.cos(psi)
         ahead, aside = ping.u - hull.u, ping.v - hull.v
         north, east = ahead * c - aside * s - m.current_n, ahead * s + aside * c - m.current_e
-        if math.hypot(north, east) <= max(_HULL, _MARGIN * m.lie):
-            return False
         by_lie = math.hypot(north - m.lie_ahead * c, east - m.lie_ahead * s)
+        if math.hypot(north, east) <= max(min(_HULL, by_lie), _MARGIN * m.lie):
+            return False
         return abs(wrap(psi - m.psi)) < _TURNED or by_lie <= math.hypot(north + m.off_n, east + m.off_e)
 
     def clear(self) -> None:

@@ -116,6 +116,15 @@ def test_circling_clears_no_dvl(turning: float) -> None:
 
 
 @pytest.mark.parametrize("psi", [0.0, 1.6, 3.1])
+@pytest.mark.parametrize("lie", [-0.5, 0.5])
+@pytest.mark.parametrize("hull", [-0.15, 0.15])
+def test_no_doubt_about_the_hull_clears_a_dvl_that_lies_on(psi: float, lie: float, hull: float) -> None:
+    check = WayCheck()
+    assert drive(check, 30, lie=lie, turning=0.0) < 30.0
+    assert wrong_under_water(check, psi, (hull * math.cos(psi), hull * math.sin(psi)), lie)
+
+
+@pytest.mark.parametrize("psi", [1.6, 3.1])
 def test_a_hull_that_dives_faster_than_its_model_at_the_surface_clears_a_dvl_that_was_put_right(psi: float) -> None:
     check = WayCheck()
     assert drive(check, 30, lie=0.5, turning=0.0) < 30.0
