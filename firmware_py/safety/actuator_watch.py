@@ -22,7 +22,8 @@ from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
 from firmware_py.safety.actuators.drop_weight import DropWeightMemory, DropWeightWatch
 from firmware_py.safety.actuators.feedback import PERIOD, FeedbackLimits, FeedbackMemory, FeedbackWatch
-from firmware_py.safety.actuators.hull_watch import HullMemory, HullWatch
+from firmware_py.safety.actuators.hull_memory import HullMemory
+from firmware_py.safety.actuators.hull_watch import HullWatch
 from firmware_py.safety.actuators.share_watch import ShareWatch
 from firmware_py.safety.actuators.thrust import Ping, ThrustMemory, ThrustWatch
 from firmware_py.tick import Tick

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from firmware_py.marine import clip
 from firmware_py.records.adoption import Adopted
@@ -13,11 +12,13 @@ from firmware_py.records.health import ActuatorFault, AxisDoubt, SourceFault
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
 from firmware_py.safety.actuators.attitude_witness import AttitudeWitness
-from firmware_py.safety.actuators.cross_flow import CrossFlow, CrossMemory
-from firmware_py.safety.actuators.fin_angles import AnglesMemory, FinAngles
-from firmware_py.safety.actuators.hull_response import PERIOD, AxisMemory, AxisWatch
-from firmware_py.safety.actuators.share_watch import ShareMemory, ShareWatch
-from firmware_py.safety.actuators.stuck_watch import StuckMemory, StuckWatch
+from firmware_py.safety.actuators.cross_flow import CrossFlow
+from firmware_py.safety.actuators.fin_angles import FinAngles
+from firmware_py.safety.actuators.hull_memory import HullMemory, Values
+from firmware_py.safety.actuators.hull_response import PERIOD, AxisWatch
+from firmware_py.safety.actuators.share_watch import ShareWatch
+from firmware_py.safety.actuators.stuck_watch import StuckWatch
+from firmware_py.safety.actuators.water_motion import current_across, least_speed
 from firmware_py.safety.actuators.water_speed import WaterSpeed
 from firmware_py.tick import Tick
 from firmware_py.vehicle.linear_models import (
@@ -33,10 +34,6 @@ _CRUISE = 1.8
 """Speed for which the eddies' moment is computed, m/s; it grows in proportion."""
 _DEPTH_MIN, _SPEED_MIN = 2.5, 0.8
 """Near the surface (m), where fins may be out of the water, and slower (m/s), the model does not hold."""
-_ACROSS_STD = 0.3
-"""Nor is yaw judged while the current across the hull is not known better than this, m/s."""
-_SPEED_RATE = 0.2
-"""The speed that fins are held to changes no faster, m/s^2: a step of it would look like an effect that they lack."""
 _NOTHING = 0.201
 """Fins that do no more than this share of what vehicle.toml says make no force; adoption holds values at 0.2."""
 _HELD_STD = 0.1
@@ -45,36 +42,6 @@ _FAR = 0.1
 """Where what fins do, the last coefficient, differs by more than this share, it is another vehicle."""
 _LEFT = {ActuatorFault.NONE: 1.0, ActuatorFault.WEAK: 0.5, ActuatorFault.LOST: 0.0}
 """What each fault leaves of the fins' effect."""
-_BRAKED = 0.7
-"""Without DVL nothing tells how much the hull brakes in its turns: at full rudder it keeps this share of its speed."""
-
-Values = tuple[float, ...]
-
-
-class HullMemory(NamedTuple):
-    """What is remembered.
-
-    Attributes:
-        references: the coefficients that each axis is judged by; empty is vehicle.toml.
-        axes: of both axes.
-        sums: of their gyros, with the numbers of samples.
-        speeds: to which their fins were held in the last step, m/s; NaN if it was left out.
-        angles: of the fins, by axis.
-        left: of what is left of the fins' effect.
-        cross: of the velocities across the hull.
-        stuck: of fins that stay where they are, and do not report it.
-        t_away: when the AHRS was away last, s.
-    """
-
-    references: tuple[Values, ...]
-    axes: tuple[AxisMemory, ...]
-    sums: tuple[tuple[float, int], ...]
-    speeds: tuple[float, ...]
-    angles: tuple[AnglesMemory, ...]
-    left: tuple[ShareMemory, ...]
-    cross: CrossMemory
-    stuck: tuple[StuckMemory, ...]
-    t_away: float
 
 
 class HullWatch:
@@ -222,35 +189,21 @@ class HullWatch:
         water: tuple[WaterSpeed, ...],
         adopted: Adopted | None,
     ) -> bool:
-        watch, t, nu = self._axes[axis], tick.t, state.nu
-        left, stuck, was = self._left[axis], self._stuck[axis], self._fault(axis)
+        """Take one step of an axis; return whether its fault is another one now."""
+        t, was, stuck = tick.t, self._fault(axis), self._stuck[axis]
         known = adopted is None or self._follow(axis, adopted)
-        model = self._models[axis]
         total, count = self._sums[axis]
         self._sums[axis] = (0.0, 0)
-        acting, units = self._fins[axis], [model.control * self._shares[axis][i] for i in self._fins[axis]]
-        told, mute = self._angles[axis].update(acting, t, frame, applied, PERIOD)
-        angles = sum([unit * angle for unit, angle in zip(units, told, strict=True)])
-        over = min([abs(angle) / self._travel[i] for i, angle in zip(acting, told, strict=True)], default=math.inf)
+        told, mute = self._angles[axis].update(self._fins[axis], t, frame, applied, PERIOD)
         if stuck.stuck[0] >= 0 and stuck.stuck[0] not in mute:
             stuck.forget()
         n = frame.n.value if frame.n.usable(t, self._params.timeout) else applied.n
-        u = min([self._advance * n, *[x.least for x in water]]) if water else _BRAKED * min(self._advance * n, nu.u)
         before, self._speeds[axis] = self._speeds[axis], math.nan
-        if before == before:
-            u = min(max(u, before - _SPEED_RATE * PERIOD), before + _SPEED_RATE * PERIOD)
-        cross, heard = (nu.v if axis else nu.w) if state.velocity_ok else 0.0, bool(state.velocity_ok and water)
-        steady, across = True, 0.0
-        if axis and water:
-            across = water[0].across(state.eta.psi)
-            steady = water[0].across_std(state.eta.psi) < _ACROSS_STD
-        elif axis and state.velocity_ok and state.water_std < _ACROSS_STD:
-            north, east = state.water
-            across = east * math.cos(state.eta.psi) - north * math.sin(state.eta.psi)
-        cross -= across
+        u = least_speed(self._advance * n, before, state, water)
+        across, steady = current_across(state, water) if axis else (0.0, True)
         if axis and self._flow.jumped(across):
-            watch.pause()
-        if not (
+            self._axes[axis].pause()
+        if (
             count
             and known
             and steady
@@ -261,37 +214,69 @@ class HullWatch:
             and state.eta.z > _DEPTH_MIN
             and self._attitude.speaks(t, frame, state)
         ):
-            for one in (watch, left, stuck):
+            self._speeds[axis] = u
+            cross = ((state.nu.v if axis else state.nu.w) if state.velocity_ok else 0.0) - across
+            self._weigh(axis, t, state, u, cross, total / count, told, mute, bool(water))
+        else:
+            for one in (self._axes[axis], self._left[axis], stuck):
                 one.pause()
-            return self._fault(axis) is not was
-        self._speeds[axis] = u
+        return self._fault(axis) is not was
+
+    def _weigh(
+        self,
+        axis: int,
+        t: float,
+        state: StateEstimate,
+        u: float,
+        cross: float,
+        rate: float,
+        told: tuple[float, ...],
+        mute: tuple[int, ...],
+        pinged: bool,
+    ) -> None:
+        """Lay one step before the three that judge an axis: effect or none, how much of it, and a fin that stays.
+
+        Args:
+            axis: 0: pitch; 1: yaw.
+            t: now, s.
+            state: what is known of the motion.
+            u: the speed to which fins are held, m/s.
+            cross: the velocity across the hull through the water by the DVL, m/s.
+            rate: mean rate of turn, rad/s.
+            told: the angles of the fins, rad.
+            mute: the places of those that report nothing.
+            pinged: whether speed and current are known by pings.
+        """
+        watch, left, stuck, model = self._axes[axis], self._left[axis], self._stuck[axis], self._models[axis]
+        acting, units = self._fins[axis], [model.control * self._shares[axis][i] for i in self._fins[axis]]
+        angles = sum([unit * angle for unit, angle in zip(units, told, strict=True)])
+        over = min([abs(angle) / self._travel[i] for i, angle in zip(acting, told, strict=True)], default=math.inf)
         share = damped_share(u * model.damping, PERIOD)  # 0.98 for a hull of 5.3 m, 0.87 for one of 1.1 m
-        rate, damping, force = total / count, share * u * model.damping, share * u * u
+        damping, force = share * u * model.damping, share * u * u
         restoring = model.restoring * math.sin(state.eta.theta)
         fins, hull = force * angles, share * (u * cross * model.crosswise + restoring)
         steady = not (axis and (self._flow.changes or state.sensors.dvl.fault is SourceFault.CURRENT))
         alone = stuck.stuck[0] < 0  # else the angle of the one that stays is not known well enough to judge the others
         if alone:
-            watch.update(rate, damping, hull, fins, over, u / _CRUISE, steady, bool(water))
+            watch.update(rate, damping, hull, fins, over, u / _CRUISE, steady, pinged)
         else:
             watch.pause()
             left.pause()
         motion = self._models[1].sway if axis else self._heaved.heave
-        cross = self._flow.carry(axis, t, motion, u, (rate, angles / model.control), cross if heard else math.nan)
+        heard = cross if state.velocity_ok and pinged else math.nan
+        cross = self._flow.carry(axis, t, motion, u, (rate, angles / model.control), heard)
         if not self._references[axis]:
             left.pause()
             stuck.pause()
-        else:
-            if axis == 0:
-                (a, b, c), v = self._heaved.turning, self._flow.memory.velocities[1]
-                restoring += a * nu.r * nu.r + b * v * nu.r + c * v * v
-            hull = share * (u * cross * model.crosswise + restoring)
-            if alone:
-                left.update(rate, damping, hull, fins, steady, bool(water))
-            if not mute:
-                stuck.pause()
-            elif stuck.update(rate, damping, hull, [force * unit for unit in units], told, mute):
-                watch.begin(_HELD_STD, ActuatorFault.NONE)
-                left.begin(1.0)
-                return True
-        return self._fault(axis) is not was
+            return
+        if axis == 0:
+            (a, b, c), v = self._heaved.turning, self._flow.memory.velocities[1]
+            restoring += a * state.nu.r * state.nu.r + b * v * state.nu.r + c * v * v
+        hull = share * (u * cross * model.crosswise + restoring)
+        if alone:
+            left.update(rate, damping, hull, fins, steady, pinged)
+        if not mute:
+            stuck.pause()
+        elif stuck.update(rate, damping, hull, [force * unit for unit in units], told, mute):
+            watch.begin(_HELD_STD, ActuatorFault.NONE)
+            left.begin(1.0)
