@@ -139,7 +139,7 @@ def actuator_faults(
     for fault, fin in zip(health.fins, vehicle_fins, strict=True):
         (rudders if fin.rudder else planes).append(Faulty(fault, fin.name))
         reach[fin.rudder].append(fin.limit if fin.rudder else abs(fin.share) * fin.limit)
-    planes, rudders = _together(planes, "stern planes"), _together(rudders, "rudders")
+    planes, rudders = _together(planes, "stern planes" if rudders else "fins"), _together(rudders, "rudders")
     by_motion = any(fin.is_stuck and fin.source is FinEvidence.MOTION for fin in health.left)
     enough = reserve * _BY_MOTION if by_motion else reserve
     dives, turns = left.dive_left >= enough, left.turn_left >= enough

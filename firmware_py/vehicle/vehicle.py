@@ -155,8 +155,17 @@ class Vehicle:
     def surge_drag(self) -> float:
         """How fast drag takes the way off, over u^2, 1/m (C_d0 of Eq. 1, by the inertia in surge)."""
         hull = self.hull
-        mass = self.body.mass - 0.5 * hull.density * hull.length**3 * self.coefficients.X_udot
-        return 0.5 * hull.density * hull.length**2 * self.propeller.C_d0 / mass
+        return 0.5 * hull.density * hull.length**2 * self.propeller.C_d0 / self._surge_inertia
+
+    @property
+    def lift_ahead(self) -> float:
+        """How fast buoyancy beyond weight speeds it up ahead, over sin(theta), m/s^2 (X of Eq. 1)."""
+        return (self.body.buoyancy - self.body.weight) / self._surge_inertia
+
+    @property
+    def _surge_inertia(self) -> float:
+        """Mass and added mass in surge, kg."""
+        return self.body.mass - 0.5 * self.hull.density * self.hull.length**3 * self.coefficients.X_udot
 
     @property
     def effectiveness(self) -> Effectiveness:

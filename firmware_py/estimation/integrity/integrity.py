@@ -274,14 +274,14 @@ class SensorIntegrity:
     def _ask_model(self, t: float, n: float, gone: bool, frame: SensorFrame, applied: Applied) -> None:
         """Let propeller and fins drive the models, and compare heading and DVL with them."""
         attitude, model = self._attitude.memory, self.model
-        self._velocity.step(0.1, n, gone)
+        self._velocity.step(0.1, n, attitude.theta, gone)
         velocity = self._velocity.memory
         reported = all(fin.usable(t, 1.0) and math.isfinite(fin.value) for fin in frame.fins)
         fins = [fin.value for fin in frame.fins] if reported else list(applied.fins)
         steered = reported and velocity.holds and velocity.likely > _UNDER_WAY
         deep = self._vertical.depth > self._params.surface
         driven = n >= 0.0 and not gone and abs(attitude.theta) < _STEEP and abs(attitude.phi) < _ROLLED
-        model.step(0.1, n, fins, steered, driven, deep)
+        model.step(0.1, n, attitude.theta, fins, steered, driven, deep)
         if model.heading_drifts:
             self._sources.ahrs.accuse(SourceFault.STEERING, t)
         if model.dvl_creeps:

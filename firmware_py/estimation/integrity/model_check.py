@@ -176,8 +176,10 @@ class ModelCheck:
         m = self.memory
         m.motion.u, m.motion.v, m.motion.r, m.unknown = 0.0, 0.0, 0.0, 0.0
 
-    def step(self, dt: float, n: float, fins: list[float], steered: bool, driven: bool, deep: bool) -> None:
-        """Go on by dt, s, at the propeller speed n, rev/s, and the fin angles, rad.
+    def step(
+        self, dt: float, n: float, theta: float, fins: list[float], steered: bool, driven: bool, deep: bool
+    ) -> None:
+        """Go on by dt, s, at the propeller speed n, rev/s, pitch and fin angles, rad.
 
         `steered` is whether the rudder is known and turns the hull; `driven` whether thrust and drag make its speed,
         a glide of less than `current_change` apart: without that the model moves straight on. Only `deep` under water
@@ -190,12 +192,12 @@ class ModelCheck:
             motion.memory.u, m.unknown = motion.speed(n), _FORGETS
         if not driven:
             motion.memory.v, motion.memory.r, m.driven, m.slip = 0.0, 0.0, 0.0, 0.0
-            motion.step(dt, n, 0.0, 0.0)
+            motion.step(dt, n, theta, 0.0, 0.0)
             return
         m.driven += dt
         m.followed += dt
         m.unknown -= dt * motion.memory.u / motion.trim
-        motion.step(dt, n, *motion.deflections(fins))
+        motion.step(dt, n, theta, *motion.deflections(fins))
         if not (self._settled and heard and deep):
             return
         share, modelled = dt / _TIME, motion.memory.r

@@ -1,12 +1,13 @@
 """Surge, sway and yaw that propeller and rudder make: what the hull does by its model, whatever its sensors say.
 
-Thrust and drag drive the speed; the steering model (`vehicle.turning`), and cross-flow drag beside it, turns the hull;
+Thrust, drag and buoyancy drive the speed; the steering model (`vehicle.turning`), and cross-flow drag beside it, turns the hull;
 turning brakes it. All through the water. The steering coefficients are those of vehicle.toml, until it is told others.
 """
 
 from __future__ import annotations
 
 import copy
+import math
 from dataclasses import dataclass
 
 from firmware_py.vehicle.linear_models import SteeringCoefficients, steering_model
@@ -46,7 +47,7 @@ class MotionModel:
         self._drag, self._turn = propeller.C_d0 / (surge * length), (mass + c.X_vr) / surge
         brakes = (c.X_vv / length, c.X_rr * length, c.X_drdr / length, c.X_dsds / length, c.X_rdr, c.X_vdr / length)
         self._brakes = tuple(x / surge for x in brakes)
-        self._fins = vehicle.deflection_rows
+        self._lift, self._fins = vehicle.lift_ahead, vehicle.deflection_rows
         self.memory = MotionMemory()
 
     def follow(self, steering: SteeringCoefficients) -> None:
@@ -62,8 +63,8 @@ class MotionModel:
         s, r, _ = self._fins
         return sum(a * b for a, b in zip(s, fins, strict=True)), sum(a * b for a, b in zip(r, fins, strict=True))
 
-    def step(self, dt: float, n: float, delta_s: float, delta_r: float) -> None:
-        """Go on by dt, s, at the propeller speed n, rev/s, with stern planes and rudder at these angles, rad."""
+    def step(self, dt: float, n: float, theta: float, delta_s: float, delta_r: float) -> None:
+        """Go on by dt, s, at the propeller speed n, rev/s, with pitch, stern planes and rudder at these angles, rad."""
         m, length, yaw = self.memory, self._length, self._yaw
         u, v, r = max(m.u, _SLOWEST), m.v, m.r
         force = moment = 0.0  # of cross-flow, over rho/2 L^2 and rho/2 L^3
@@ -80,7 +81,7 @@ class MotionModel:
         vv, rr, drdr, dsds, rdr, vdr = self._brakes
         u_dot = self._drag * (pull * abs(pull) - m.u * abs(m.u)) + self._turn * v * r + vv * v * v + rr * r * r
         u_dot += u * (u * (drdr * delta_r * delta_r + dsds * delta_s * delta_s) + (rdr * r + vdr * v) * delta_r)
-        m.u += dt * u_dot
+        m.u += dt * (u_dot + self._lift * math.sin(theta))
         m.v += dt * v_dot
         m.r += dt * r_dot
 

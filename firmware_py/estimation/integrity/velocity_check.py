@@ -69,25 +69,32 @@ class VelocityCheck:
         hull, propeller = vehicle.hull, vehicle.propeller
         self._ratio = propeller.u_trim / propeller.n_trim
         self._half, self._lever = 0.5 * hull.length, _LEVER * hull.length
-        self._drag = vehicle.surge_drag
+        self._drag, self._lift = vehicle.surge_drag, vehicle.lift_ahead
         self.memory = VelocityCheckMemory()
 
-    def step(self, dt: float, n: float, dropped: bool) -> None:
-        """Let thrust and drag act for dt, s, at the propeller speed n, rev/s; `dropped`: without the drop weight."""
+    def step(self, dt: float, n: float, theta: float, dropped: bool) -> None:
+        """Let thrust, drag and buoyancy act for dt, s.
+
+        Args:
+            dt: s.
+            n: the propeller's speed, rev/s.
+            theta: pitch, rad.
+            dropped: whether the drop weight is gone.
+        """
         memory = self.memory
-        pull, likely = n * self._ratio, memory.likely
+        pull, likely, lift = n * self._ratio, memory.likely, self._lift * math.sin(theta)
         memory.holds = pull >= _DRIVEN and not dropped
-        memory.likely = self._pulled(likely, pull, dt)
+        memory.likely = self._pulled(likely, pull, lift, dt)
         if memory.driven == memory.driven:
-            memory.driven = self._pulled(memory.driven, pull, dt)
+            memory.driven = self._pulled(memory.driven, pull, lift, dt)
         elif memory.holds:
             memory.driven = pull
         if dropped or max(pull, memory.driven) < _DRIVEN:
             memory.driven = math.nan
 
-    def _pulled(self, u: float, pull: float, dt: float) -> float:
-        """Return a speed, m/s, after thrust that would make `pull` in the end, and drag, have acted for dt, s."""
-        return u + dt * self._drag * (pull * abs(pull) - u * abs(u))
+    def _pulled(self, u: float, pull: float, lift: float, dt: float) -> float:
+        """Return a speed, m/s, after thrust that makes `pull` on a level course, drag, and lift, m/s^2, for dt, s."""
+        return u + dt * self._drag * (pull * abs(pull) - u * abs(u)) + dt * lift
 
     def turn(self, p: float, q: float, r: float) -> None:
         """Take note of body rates, rad/s."""

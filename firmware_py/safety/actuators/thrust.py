@@ -148,7 +148,7 @@ class ThrustWatch:
         u_n = self._advance * ping.n
         sway = filter_.sway(m.sway, m.water.u, ping.r, ping.rudder, dt)
         off = _PITCHED * abs(ping.q) + filter_.fin_drag(m.water.u, ping.rudder, ping.planes)
-        surge = Surge(u_n * abs(u_n), filter_.braking(sway, ping.r), dt, off)
+        surge = Surge(u_n * abs(u_n), filter_.braking(sway, ping.r), filter_.lift(ping.theta), dt, off)
         if not ping.judged:
             surge = surge._replace(off=off + _PUSHED + _VAGUE * filter_.k * abs(surge.thrust))
         pulls = 0.0 if m.lost else 1.0

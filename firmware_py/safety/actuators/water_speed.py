@@ -3,10 +3,10 @@
 An extended Kalman filter of three states: the speed u through the water, ahead, and the current, north and east. Thrust
 and drag drive u,
 
-    u_dot = k (u_n |u_n| s - u |u|) + turn v r,
+    u_dot = k (u_n |u_n| s - u |u|) + turn v r + lift,
 
-where u_n is the speed that belongs to the propeller's, s the share of its thrust (1, or 0 if it is lost), and v the
-sway through the water that rate of turn and rudder make. The DVL measures u and v plus what the current adds along and
+where u_n is the speed that belongs to the propeller's, s the share of its thrust (1, or 0 if it is lost), v the
+sway through the water that rate of turn and rudder make, and lift what buoyancy beyond weight does at this pitch. The DVL measures u and v plus what the current adds along and
 across the hull. Ahead, drag tells the two apart: after 10 s to 0.2 m/s, after a minute to 0.1; aside the modelled sway
 does, as far as eddies let it.
 """
@@ -67,11 +67,13 @@ class WaterSpeed(NamedTuple):
 class Surge(NamedTuple):
     """What drives the speed between two pings, `dt` s apart.
 
-    `thrust` is u_n |u_n|, m^2/s^2; `turning` the braking in a turn, m/s^2; `off` what both may be off by, m/s^2.
+    `thrust` is u_n |u_n|, m^2/s^2; `turning` the braking in a turn, m/s^2; `lift` what buoyancy does, m/s^2; `off` what
+    all may be off by, m/s^2.
     """
 
     thrust: float
     turning: float
+    lift: float
     dt: float
     off: float = 0.0
 
@@ -93,7 +95,7 @@ class WaterSpeedFilter:
         hull, body, propeller, c = vehicle.hull, vehicle.body, vehicle.propeller, vehicle.coefficients
         half = 0.5 * hull.density * hull.length**2
         inertia = body.mass - half * hull.length * c.X_udot
-        self.k = vehicle.surge_drag
+        self.k, self._lift = vehicle.surge_drag, vehicle.lift_ahead
         self._current_variance = (0.5 * current) ** 2
         self._turn = (body.mass + half * hull.length * c.X_vr) / inertia
         ((damping, turning, _), *_), (rudder, *_) = steering_model(vehicle, 1.0)
@@ -129,6 +131,10 @@ class WaterSpeedFilter:
         """Return the acceleration that sway v and rate of turn r make ahead, m/s^2."""
         return self._turn * v * r
 
+    def lift(self, theta: float) -> float:
+        """Return the acceleration that buoyancy beyond weight makes ahead at this pitch, rad, m/s^2."""
+        return self._lift * math.sin(theta)
+
     def fin_drag(self, u: float, rudder: float, planes: float) -> float:
         """Return the deceleration that fins make at these angles, rad, m/s^2."""
         return self.k * u * u * (self._fin_drag[0] * rudder * rudder + self._fin_drag[1] * planes * planes)
@@ -136,10 +142,10 @@ class WaterSpeedFilter:
     def predict(self, x: WaterSpeed, surge: Surge, share: float) -> WaterSpeed:
         """Return the estimate a time later; `share` is that of its thrust which the propeller has."""
         u, north, east, uu, un, ue, nn, ne, ee = x
-        thrust, turning, dt, _ = surge
+        thrust, turning, lift, dt, _ = surge
         f = 1.0 - 2.0 * self.k * abs(u) * dt
         noise = self._surge_noise + (_TURN * turning) ** 2 + surge.off * surge.off
-        u += dt * (self.k * (share * thrust - u * abs(u)) + turning)
+        u += dt * (self.k * (share * thrust - u * abs(u)) + turning + lift)
         walk = _CHANGE * _CHANGE * dt
         uu = f * f * uu + dt * noise
         return WaterSpeed(u, north, east, uu, f * un, f * ue, nn + walk, ne, ee + walk)

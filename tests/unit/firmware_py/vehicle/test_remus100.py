@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from firmware_py import params
+from firmware_py.estimation.integrity.motion_model import MotionModel
 from firmware_py.estimation.model.observer_model import ObserverModel
 from firmware_py.vehicle.vehicle import Vehicle
 from sim_bridge.truth_file import read_truth
@@ -81,3 +82,16 @@ def test_a_positive_rudder_turns_to_port_and_a_positive_stern_plane_lowers_the_b
     assert math.degrees(turned[5]) < -3.0
     assert turned[1] > 0.0  # drifts outwards
     assert math.degrees(dived[7]) < -2.0
+
+
+def test_what_is_lighter_than_water_is_slowed_down_in_a_dive_and_sped_up_in_a_climb() -> None:
+    held = MotionModel(VEHICLE)
+    speeds = []
+    for theta in (-0.25, 0.0, 0.25):
+        for _ in range(3000):
+            held.step(0.1, VEHICLE.propeller.n_trim, theta, 0.0, 0.0)
+        speeds.append(held.memory.u)
+    body, hull = VEHICLE.body, VEHICLE.hull
+    drag = 0.5 * hull.density * hull.length**2 * VEHICLE.propeller.C_d0
+    change = (body.buoyancy - body.weight) * math.sin(0.25) / drag
+    assert speeds == pytest.approx([math.sqrt(U * U - change), U, math.sqrt(U * U + change)], rel=1e-3)

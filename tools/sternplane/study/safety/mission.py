@@ -59,7 +59,7 @@ _AFLOAT = "depth_m = 0.0"
 _NO_LEARNING = """[autopilot.estimation.learning]
 enabled = false
 """
-CRUISE = {"npsauv2": (1.8, 492.0), "remus100": (1.5, 1461.0)}
+CRUISE = {"npsauv2": (1.8, 492.0), "remus100": (1.5, 1461.0), "torpedo_x": (1.5, 1461.0)}
 """The vehicles that are flown: their speed, m/s, and what the propeller turns at it, rpm."""
 NPS = "npsauv2"
 _LEGS = ((45.0, 0.0, 6.0), (85.0, 15.0, 10.0), (175.0, 30.0, 28.0), (205.0, 20.0, 28.0))

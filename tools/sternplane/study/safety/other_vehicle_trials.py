@@ -1,16 +1,29 @@
-"""The trials of another vehicle, REMUS 100: a hull of a quarter of the length, which heaves and pitches faster."""
+"""The trials of other vehicles.
+
+REMUS 100 is a hull of a quarter of the length, which heaves and pitches faster. The torpedo with an X tail is the same
+hull with four fins of which each steers both planes.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 from sternplane.study.safety.struck import STERNS
-from sternplane.study.safety.trial import Group, Named, Trial
+from sternplane.study.safety.trial import Allowed, Group, Named, Trial
 
 
-def _remus(title: str, *faults: str, named: Named | None, note: str = "", ends: str = "", short: bool = False) -> Trial:
-    onsets = (0, 1, 2) if faults else (0,)
-    return Trial(f"REMUS 100: {title}", faults, named, note, ends, onsets=onsets, short=short, vehicle="remus100")
+def _flown_by(name: str, folder: str) -> Callable[..., Trial]:
+    """Return what makes the trials of a vehicle, by its name and the folder of its configuration."""
+
+    def trial(title: str, *faults: str, named: Named | None, **more: Any) -> Trial:
+        onsets = (0, 1, 2) if faults else (0,)
+        return Trial(f"{name}: {title}", faults, named, onsets=onsets, vehicle=folder, **more)
+
+    return trial
 
 
+_remus, _x_tail = _flown_by("REMUS 100", "remus100"), _flown_by("X tail", "torpedo_x")
 _SILENT, _JAMMED = 1.6, ("JAMMED", "HARD_OVER")
 _BLIND = "without tilt or depth it comes up"
 REMUS = Group(
@@ -19,7 +32,7 @@ REMUS = Group(
         _remus("no fault", named=None, note="nothing fails: it dives, and comes up under power", short=True),
         _remus("off:ahrs", "off:ahrs@{t}", named=Named(("ahrs",), _SILENT), ends=_BLIND, short=True),
         _remus("off:pressure", "off:pressure@{t}", named=Named(("pressure",), _SILENT), ends=_BLIND),
-        _remus("off:dvl", "off:dvl@{t}", named=Named(("dvl",), 2.1)),
+        _remus("off:dvl", "off:dvl@{t}", named=Named(("dvl",), 2.1), short=True),
         _remus("freeze:pressure", "freeze:pressure@{t}", named=Named(("pressure",), 2.0), ends=_BLIND),
         _remus(
             "jam: both stern planes, 15 deg",
@@ -42,4 +55,43 @@ REMUS = Group(
         ),
     ),
 )
-GROUPS = (REMUS,)
+_X_FINS = ("upper_port", "upper_starboard", "lower_starboard", "lower_port")
+_UNEVEN = (
+    Allowed(("ahrs",), ("STEERING",), "three fins of an X turn the hull as they dive it, beyond what rudders explain"),
+)
+X_TAIL = Group(
+    "A vehicle with an X tail",
+    (
+        _x_tail("no fault", named=None, note="nothing fails: it dives, and comes up under power", short=True),
+        _x_tail("off:ahrs", "off:ahrs@{t}", named=Named(("ahrs",), _SILENT), ends=_BLIND),
+        _x_tail("off:dvl", "off:dvl@{t}", named=Named(("dvl",), 2.1)),
+        _x_tail(
+            "jam:upper_port=10",
+            "jam:upper_port=10@{t}",
+            named=Named(("upper_port",), 1.0, _JAMMED),
+            note="the three others oppose it",
+            short=True,
+        ),
+        _x_tail(
+            "hard-over: both upper fins",
+            "hard-over:upper_port@{t}",
+            "hard-over:upper_starboard@{t}",
+            named=Named(("upper_port", "upper_starboard"), 1.0, _JAMMED),
+            ends="what is left does not steer it: it comes up",
+        ),
+        _x_tail(
+            "lost:upper_port",
+            "lost:upper_port@{t}",
+            named=None,
+            note="a quarter of either plane is less than what is named, and the three others steer",
+            allowed=_UNEVEN,
+        ),
+        _x_tail(
+            "slow: all fins, 2 deg/s",
+            *(f"slow:{fin}=2@{{t}}" for fin in _X_FINS),
+            named=None,
+            note="in still water it asks its fins for no more",
+        ),
+    ),
+)
+GROUPS = (REMUS, X_TAIL)

@@ -52,7 +52,7 @@ def swim(
     for k in range(round(seconds * 10)):
         t = 0.1 * k
         fins = [0.0, 0.0, rudder(t), rudder(t)]
-        hull.step(0.1, N, *hull.deflections(fins))
+        hull.step(0.1, N, 0.0, *hull.deflections(fins))
         psi += 0.1 * hull.memory.r
         water += -water * 0.01 + 0.1 * math.sqrt(0.02) * rng.standard_normal(2)
         check.hear_rate(hull.memory.r + drift(t) + 0.1 * DEG * rng.standard_normal())
@@ -61,7 +61,7 @@ def swim(
             u = hull.memory.u + current[0] * c + current[1] * s + creep(t) + water[0]
             v = hull.memory.v - current[0] * s + current[1] * c + water[1]
             check.hear_ping(Dvl(u, v, 0.0, 0.01, 20.0), t, psi, True)
-        check.step(0.1, N, fins, True, True, True)
+        check.step(0.1, N, 0.0, fins, True, True, True)
         heading = min(heading, t) if check.heading_drifts else heading
         dvl = min(dvl, t) if check.dvl_creeps else dvl
     return check, heading, dvl
@@ -125,7 +125,7 @@ def test_memory_taken_over_goes_on_as_if_nothing_had_happened() -> None:
     for one in (check, other):
         for _ in range(20):
             one.hear_rate(0.01)
-            one.step(0.1, N, [0.0, 0.0, 0.1, 0.1], True, True, True)
+            one.step(0.1, N, 0.0, [0.0, 0.0, 0.1, 0.1], True, True, True)
     assert check.freeze() == other.freeze()
 
 

@@ -46,9 +46,9 @@ def swim(check: ModelCheck, seconds: float, hull: MotionModel | None = None, dri
     accused = False
     for k in range(round(seconds * 10)):
         fins = [0.0, 0.0, track(0.1 * k), track(0.1 * k)]
-        hull.step(0.1, N, *hull.deflections(fins))
+        hull.step(0.1, N, 0.0, *hull.deflections(fins))
         check.hear_rate(hull.memory.r + drift * DEG)
-        check.step(0.1, N, fins, True, True, True)
+        check.step(0.1, N, 0.0, fins, True, True, True)
         accused = accused or check.heading_drifts
     return accused
 
@@ -102,7 +102,7 @@ def test_a_steady_turn_is_as_unsure_as_its_coefficients() -> None:
     hull, aside = MotionModel(VEHICLE), steady_turn(yaw_axis(VEHICLE, TRUE))
     hull.memory.u = U
     for _ in range(600):
-        hull.step(0.1, N, 0.0, 0.2 * DEG)
+        hull.step(0.1, N, 0.0, 0.0, 0.2 * DEG)
     assert hull.memory.r == pytest.approx(aside * hull.memory.u * 0.2 * DEG, rel=0.02)
     rudder = [0.0, 0.0, 0.0, 0.0, 0.0, 0.1 * abs(TRUE.N_dr)]
     assert steady_turn_std(VEHICLE, TRUE, rudder) == pytest.approx(0.087, abs=0.005)

@@ -1,0 +1,30 @@
+"""A hull whose buoyancy is a good part of its thrust: it dives more slowly than it swims, and its model knows it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from firmware_py.records.estimate import VelocitySource
+from firmware_py.records.health import SourceState
+from tests.sitl.flights import Flights
+from tests.straight_run import hold, under_way
+
+LEVEL, DOWN = hold(5.0).replace("1.8", "1.5"), "[[orders]]\nt_s = 40.0\ndepth_m = 18.0\n"
+DIVE = under_way(80.0, 5.0, LEVEL, DOWN, faults=("off:dvl@36",), rpm=1461.0)
+
+
+@pytest.mark.parametrize("vehicle", ["remus100", "torpedo_x"])
+def test_without_dvl_its_model_dives_as_fast_as_it_does_and_no_pressure_is_accused(
+    flown: Flights, vehicle: str
+) -> None:
+    outcome, log = flown(DIVE, vehicle=vehicle)
+    assert outcome.completed
+    assert all(cycle.state.sensors.pressure.state is SourceState.GOOD for cycle in log.cycles)
+    deep = (log.columns["t"] > 40.0) & (np.degrees(log.truth["eta.theta"]) < -10.0)
+    assert deep.sum() > 1000
+    true, modelled = log.truth["nu.u"][deep], log.columns["state.nu.u"][deep]
+    assert true.mean() < 1.45  # on a level course it would be 1.5 m/s
+    assert np.abs(modelled - true).max() < 0.05
+    sources = {cycle.state.velocity_source for cycle, at in zip(log.cycles, deep, strict=True) if at}
+    assert sources == {VelocitySource.HULL_MODEL}
