@@ -1,7 +1,8 @@
 """Surge, sway and yaw that propeller and rudder make: what the hull does by its model, whatever its sensors say.
 
-Thrust, drag and buoyancy drive the speed; the steering model (`vehicle.turning`), and cross-flow drag beside it, turns the hull;
-turning brakes it. All through the water. The steering coefficients are those of vehicle.toml, until it is told others.
+Thrust, drag and buoyancy drive the speed; the steering model (`vehicle.turning`), and cross-flow drag beside it, turns
+the hull; turning brakes it. All through the water. The steering coefficients are those of vehicle.toml, until it is
+told others.
 """
 
 from __future__ import annotations

@@ -5,10 +5,10 @@ and drag drive u,
 
     u_dot = k (u_n |u_n| s - u |u|) + turn v r + lift,
 
-where u_n is the speed that belongs to the propeller's, s the share of its thrust (1, or 0 if it is lost), v the
-sway through the water that rate of turn and rudder make, and lift what buoyancy beyond weight does at this pitch. The DVL measures u and v plus what the current adds along and
-across the hull. Ahead, drag tells the two apart: after 10 s to 0.2 m/s, after a minute to 0.1; aside the modelled sway
-does, as far as eddies let it.
+where u_n is the speed that belongs to the propeller's, s the share of its thrust (1, or 0 if it is lost), v the sway
+through the water that rate of turn and rudder make, and lift what buoyancy beyond weight does at this pitch. The DVL
+measures u and v plus what the current adds along and across the hull. Ahead, drag tells the two apart: after 10 s to
+0.2 m/s, after a minute to 0.1; aside the modelled sway does, as far as eddies let it.
 """
 
 from __future__ import annotations
