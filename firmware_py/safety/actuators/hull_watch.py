@@ -189,7 +189,7 @@ class HullWatch:
         water: tuple[WaterSpeed, ...],
         adopted: Adopted | None,
     ) -> bool:
-        """Take one step of an axis; return whether its fault is another one now."""
+        """Take one step of an axis; return whether its fault, or a fin that stays, is another one now."""
         t, was, stuck = tick.t, self._fault(axis), self._stuck[axis]
         known = adopted is None or self._follow(axis, adopted)
         total, count = self._sums[axis]
@@ -216,7 +216,8 @@ class HullWatch:
         ):
             self._speeds[axis] = u
             cross = ((state.nu.v if axis else state.nu.w) if state.velocity_ok else 0.0) - across
-            self._weigh(axis, t, state, u, cross, total / count, told, mute, bool(water))
+            if self._weigh(axis, t, state, u, cross, total / count, told, mute, bool(water)):
+                return True
         else:
             for one in (self._axes[axis], self._left[axis], stuck):
                 one.pause()
@@ -233,8 +234,10 @@ class HullWatch:
         told: tuple[float, ...],
         mute: tuple[int, ...],
         pinged: bool,
-    ) -> None:
+    ) -> bool:
         """Lay one step before the three that judge an axis: effect or none, how much of it, and a fin that stays.
+
+        Return whether the last one has found another fin, or another angle.
 
         Args:
             axis: 0: pitch; 1: yaw.
@@ -268,7 +271,7 @@ class HullWatch:
         if not self._references[axis]:
             left.pause()
             stuck.pause()
-            return
+            return False
         if axis == 0:
             (a, b, c), v = self._heaved.turning, self._flow.memory.velocities[1]
             restoring += a * state.nu.r * state.nu.r + b * v * state.nu.r + c * v * v
@@ -277,6 +280,9 @@ class HullWatch:
             left.update(rate, damping, hull, fins, steady, pinged)
         if not mute:
             stuck.pause()
-        elif stuck.update(rate, damping, hull, [force * unit for unit in units], told, mute):
-            watch.begin(_HELD_STD, ActuatorFault.NONE)
-            left.begin(1.0)
+            return False
+        if not stuck.update(rate, damping, hull, [force * unit for unit in units], told, mute):
+            return False
+        watch.begin(_HELD_STD, ActuatorFault.NONE)
+        left.begin(1.0)
+        return True

@@ -63,24 +63,25 @@ class Yawing:
 
     It makes the speed `u`, and hears a DVL if that is `SPEED` and not `deaf`; gyros that are `late` tell of the tick
     before, and while it is `lost` the AHRS is called so; the pilot moves the rudder to and fro in `period`, s; the
-    propeller makes `n`, rev/s; `step` is what is added to the current across the hull, m/s.
+    propeller makes `n`, rev/s; `step` is what is added to the current across the hull, m/s. The upper rudder reports
+    nothing if it is `mute`, and is at `stays`, rad, if that is a number. `changed` is when the watch said something new.
     """
 
-    deaf, late, lost, period, n = False, False, False, 9.0, 500.0 / 60.0
+    deaf, late, lost, mute, period, n, stays = False, False, False, False, 9.0, 500.0 / 60.0, math.nan
 
     def __init__(self, effect: float, adopted: Adopted | None, u: float = U, vehicle: Vehicle = VEHICLE) -> None:
         self.u, self.current = u, 0.0
         self.watch, self.effect, self.adopted = HullWatch(ActuatorParams(), vehicle), effect, adopted
         self.axis, self.random = yaw_axis(vehicle), np.random.default_rng(1000)
         self.v = self.r = self.psi = 0.0
-        self.k = 0
+        self.k, self.changed = 0, list[float]()
 
     def run(self, seconds: float) -> ActuatorFault:
         damping, cross, dt = self.axis.damping, self.axis.crosswise, DT_NS * 1e-9
         for _ in range(round(seconds / dt)):
             t = self.k * dt
             rudder = self.rudder(t)
-            acts = self.effect * rudder
+            acts = self.effect * (rudder if math.isnan(self.stays) else 0.5 * (rudder + self.stays))
             a, b, c = self.axis.sway
             u, water = self.u, ()
             before = self.r
@@ -88,7 +89,8 @@ class Yawing:
             self.r += dt * (u * damping * self.r + u * cross * self.v + u * u * self.axis.control * acts)
             rate = before if self.late else self.r
             gyro = Ahrs(0.0, 0.0, 0.0, 0.0, 0.0, rate + GYRO_STD * self.random.standard_normal())
-            angles = tuple(Heard(angle, t, True, True) for angle in (0.0, 0.0, rudder, rudder))
+            upper = Heard(0.0, -math.inf, False, False) if self.mute else Heard(rudder, t, True, True)
+            angles = (*[Heard(0.0, t, True, True)] * 2, upper, Heard(rudder, t, True, True))
             frame = dataclasses.replace(silence(4), ahrs=Heard(gyro, t, True, True), fins=angles)
             over_ground = self.v + self.current
             if u == SPEED and not self.deaf:
@@ -100,7 +102,8 @@ class Yawing:
             if self.lost:
                 state = dataclasses.replace(state, sensors=ALL_GOOD._replace(ahrs=GONE))
             applied = Applied((0.0, 0.0, rudder, rudder), self.n, True, False)
-            self.watch.update(Tick(self.k, DT_NS), frame, applied, state, water, self.adopted)
+            if self.watch.update(Tick(self.k, DT_NS), frame, applied, state, water, self.adopted):
+                self.changed.append(t)
             self.k += 1
         return self.watch.fault(UPPER)
 
@@ -185,6 +188,20 @@ def test_rudders_that_swing_fast_are_sound_and_half_of_them_is_found_in_seconds(
     assert hull.run(60.0) is NONE
     hull.effect = 0.5
     assert hull.run(3.0) is WEAK
+
+
+@pytest.mark.parametrize("angle", [-0.25, 0.25])
+def test_a_rudder_that_stays_and_does_not_report_it_is_told_of_as_soon_as_it_is_found(angle: float) -> None:
+    hull = Yawing(1.0, knowing(1.0))
+    hull.mute = True
+    hull.run(30.0)
+    assert hull.changed == []
+    assert math.isnan(hull.watch.stuck(UPPER))
+    hull.stays = angle
+    hull.run(15.0)
+    assert hull.changed
+    assert hull.changed[0] < 45.0
+    assert hull.watch.stuck(UPPER) == pytest.approx(angle, abs=0.07)
 
 
 def test_a_fin_of_an_x_tail_counts_a_whole_step_later_in_pitch_and_in_yaw() -> None:
