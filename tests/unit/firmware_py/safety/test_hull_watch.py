@@ -64,7 +64,7 @@ class Yawing:
     It makes the speed `u`, and hears a DVL if that is `SPEED` and not `deaf`; gyros that are `late` tell of the tick
     before, and while it is `lost` the AHRS is called so; the pilot moves the rudder to and fro in `period`, s; the
     propeller makes `n`, rev/s; `step` is what is added to the current across the hull, m/s. The upper rudder reports
-    nothing if it is `mute`, and is at `stays`, rad, if that is a number. `changed` is when the watch said something new.
+    nothing if it is `mute`, and is at `stays`, rad, if that is a number. `changed` is when the watch told of a change.
     """
 
     deaf, late, lost, mute, period, n, stays = False, False, False, False, 9.0, 500.0 / 60.0, math.nan
