@@ -10,6 +10,7 @@ from collections.abc import Iterator
 
 from firmware_py.control.control import ControlParams
 from firmware_py.guidance.guidance_params import GuidanceParams
+from firmware_py.safety.action import Action
 from firmware_py.safety.rules import SafetyParams
 
 _CLIMB = 0.1
@@ -32,6 +33,14 @@ def contradictions(safety: SafetyParams, guidance: GuidanceParams, control: Cont
         yield (
             f"safety.battery_min_pct = {_percent(safety.battery_min)} is not below battery_arm_pct = "
             f"{_percent(safety.battery_arm)}: a vehicle would be armed only to surface"
+        )
+    if safety.battery_warn <= safety.battery_min and Action.NONE not in (
+        safety.battery_warn_action,
+        safety.battery_action,
+    ):
+        yield (
+            f"safety.battery_warn_pct = {_percent(safety.battery_warn)} is not above battery_min_pct = "
+            f"{_percent(safety.battery_min)}: the warning would come too late"
         )
     if safety.attitude_timeout > safety.gate.ahrs_timeout:
         yield (

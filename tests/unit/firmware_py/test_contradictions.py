@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -33,6 +34,8 @@ CASES = [
     ({"safety.surface_depth_m": 1.2}, "surface_depth_m = 1.2 is over submerged_depth_m = 1"),
     ({"safety.altitude_min_m": 100.0}, "altitude_min_m = 100.0: out of bounds"),
     ({"safety.battery_min_pct": 50.0}, "battery_min_pct = 50 is not below battery_arm_pct = 20"),
+    ({"safety.battery_warn_pct": 5.0}, "battery_warn_pct = 5 is not above battery_min_pct = 10"),
+    ({"safety.battery_warn_pct": 10.0}, "battery_min_pct = 10: the warning would come too late"),
     ({"safety.attitude_timeout_s": 5.0}, "attitude_timeout_s = 5 is over gate.ahrs_timeout_s = 0.5"),
     (
         {"safety.ascent.pitch_deg": 5.0, "safety.ascent.level_pitch_deg": 6.0},
@@ -43,7 +46,7 @@ CASES = [
 ]
 
 
-def tables(values: dict[str, float]) -> dict:
+def tables(values: dict[str, Any]) -> dict:
     made: dict = {}
     for key, value in values.items():
         *path, last = key.split(".")
@@ -55,7 +58,7 @@ def tables(values: dict[str, float]) -> dict:
 
 
 @pytest.mark.parametrize(("values", "words"), CASES)
-def test_a_contradiction_in_a_file_is_one_line_with_file_and_keys(values: dict[str, float], words: str) -> None:
+def test_a_contradiction_in_a_file_is_one_line_with_file_and_keys(values: dict[str, Any], words: str) -> None:
     with pytest.raises(ParamError) as caught:
         config_files.read_configuration(SHIPPED, tables(values))
     assert str(caught.value).startswith(f"{SHIPPED}/autopilot.toml")
@@ -64,7 +67,7 @@ def test_a_contradiction_in_a_file_is_one_line_with_file_and_keys(values: dict[s
 
 
 @pytest.mark.parametrize(("values", "words"), CASES)
-def test_a_station_cannot_make_a_contradiction(values: dict[str, float], words: str) -> None:
+def test_a_station_cannot_make_a_contradiction(values: dict[str, Any], words: str) -> None:
     mission = config_files.read_mission(SHIPPED)
     factory = app.parts_factory({**config_files.read_configuration(SHIPPED), "mission": mission, "kept": {}})
     before = factory.params
@@ -75,7 +78,13 @@ def test_a_station_cannot_make_a_contradiction(values: dict[str, float], words: 
 
 
 def test_without_a_charge_for_arming_any_charge_may_end_the_mission() -> None:
-    config_files.read_configuration(SHIPPED, tables({"safety.battery_arm_pct": 0.0, "safety.battery_min_pct": 50.0}))
+    values = {"safety.battery_arm_pct": 0.0, "safety.battery_min_pct": 50.0, "safety.battery_warn_pct": 60.0}
+    config_files.read_configuration(SHIPPED, tables(values))
+
+
+@pytest.mark.parametrize("key", ["battery_warn_action", "battery_action"])
+def test_a_level_to_warn_at_may_be_anywhere_where_nothing_warns_or_nothing_comes_after(key: str) -> None:
+    config_files.read_configuration(SHIPPED, tables({"safety.battery_warn_pct": 5.0, f"safety.{key}": "none"}))
 
 
 @pytest.mark.parametrize(
