@@ -191,6 +191,25 @@ def test_losses_are_told_by_source_with_their_share_the_worst_first() -> None:
     ]
 
 
+def test_a_second_sender_is_told_beside_what_was_lost_by_it(flown: Path) -> None:
+    counts = {"ahrs_missed": 2630, "ahrs_strays": 1819}
+    received = {"ahrs": 9463}
+    assert [loss.text for loss in told(counts, received)] == ["2630 of 12093 messages lost (21.7 %)"]
+    lost = "2630 of 12093 messages lost (21.7 %): two senders, 1819 messages not believed"
+    assert [(loss.source, loss.text) for loss in told(counts, received, ["ahrs"])] == [("AHRS", lost)]
+    only = told({"ahrs_strays": 2401}, received, ["ahrs"])
+    assert [(loss.source, loss.text) for loss in only] == [
+        ("AHRS, strays", "2401 messages of two senders, not believed")
+    ]
+    log = read(flown)
+    log.end["losses"] = counts
+    assert "two senders" not in figures(summarise(log))["AHRS"]
+    doubled = event(EventKind.NODE_FAULT, numbers=(float(SourceFault.TWO_SENDERS),), names=("ahrs",))
+    log.events.append((2.5, (doubled,)))
+    assert summarise(log)["two_senders"] == ["ahrs"]
+    assert figures(summarise(log))["AHRS"].endswith(": two senders, 1819 messages not believed")
+
+
 def test_no_two_lines_of_one_source_have_one_label() -> None:
     nodes = ("ahrs", "pressure", "altimeter", "fix", "battery", "esc", "servo_hub", "hardpoint")
     counts = {f"{node}_{cause}": n for node in nodes for cause, n in (("missed", 1), ("strays", 2), ("restarts", 3))}

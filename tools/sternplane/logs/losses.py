@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import NamedTuple
 
+from firmware_py.records.event import Event, EventKind
+from firmware_py.records.health import SourceFault
 from firmware_py.records.sensing import MEASURES
 from sternplane.logs.reading import Piece
 from sternplane.logs.run import Run
@@ -52,12 +54,13 @@ _WORDS = {
 
 
 class Loss(NamedTuple):
-    """What a source lost: how many of what, and `of` so many that were sent; None where nobody knows."""
+    """What a source lost: how many of what, `of` so many that were sent, None where nobody knows; `why`, if known."""
 
     source: str
     what: str
     lost: int
     of: int | None = None
+    why: str = ""
 
     @property
     def share(self) -> float:
@@ -67,9 +70,10 @@ class Loss(NamedTuple):
     @property
     def text(self) -> str:
         """Return it as a phrase."""
+        why = f": {self.why}" if self.why else ""
         if self.of is None:
-            return f"{self.lost} {self.what}"
-        return f"{self.lost} of {self.of} {self.what} ({100.0 * self.share:.3g} %)"
+            return f"{self.lost} {self.what}{why}"
+        return f"{self.lost} of {self.of} {self.what} ({100.0 * self.share:.3g} %){why}"
 
 
 class Received:
@@ -103,27 +107,38 @@ def times(log: Run) -> dict[str, list[float]]:
     return seen
 
 
-def told(counts: Mapping[str, int], received: Mapping[str, int]) -> list[Loss]:
+def two_senders(events: Iterable[tuple[float, tuple[Event, ...]]]) -> list[str]:
+    """Return the nodes under whose id a second sender was noticed in a flight, by their names."""
+    told = (event for _, happened in events for event in happened if event.kind is EventKind.NODE_FAULT)
+    return sorted({event.names[0] for event in told if event.numbers[0] == SourceFault.TWO_SENDERS})
+
+
+def told(counts: Mapping[str, int], received: Mapping[str, int], doubled: Collection[str] = ()) -> list[Loss]:
     """Return what was lost by source, the greatest share first; then what has none, the greatest count first.
 
     Args:
         counts: as `losses` returns them.
         received: as `Received` counts them.
+        doubled: as `two_senders` names them: a part of what they lost is what a second sender took the place of.
     """
-    found = [loss for loss in _found({name: count for name, count in counts.items() if count}, received) if loss.lost]
+    risen = {name: count for name, count in counts.items() if count}
+    found = [loss for loss in _found(risen, received, doubled) if loss.lost]
     return sorted(found, key=lambda loss: (not loss.of, -loss.share if loss.of else -loss.lost))
 
 
-def _found(counts: dict[str, int], received: Mapping[str, int]) -> Iterator[Loss]:
+def _found(counts: dict[str, int], received: Mapping[str, int], doubled: Collection[str]) -> Iterator[Loss]:
     lines = sum(counts.pop(name, 0) for name in _OF_LINES)
     yield Loss(_NAMES["dvl"], "lines lost", lines, lines + received.get("dvl", 0))
     for source, fields in _FIELDS.items():
         own = {name: counts.pop(f"{source}_{name}", 0) for name in _OF_MESSAGES}
-        missed = own["missed"]
+        missed, strays = own["missed"], own["strays"]
         sent = missed + received.get(source, 0) if fields else None
-        yield Loss(_named(source), "messages lost", missed, sent)
-        if own["strays"] > missed:
-            yield Loss(f"{_named(source)}, strays", "messages out of sequence, not believed", own["strays"])
+        two = source in doubled
+        why = f"two senders, {strays} messages not believed" if two and strays else ""
+        yield Loss(_named(source), "messages lost", missed, sent, why)
+        if strays > missed and not (missed and two):
+            what = "messages of two senders, not believed" if two else "messages out of sequence, not believed"
+            yield Loss(f"{_named(source)}, strays", what, strays)
         elif not missed:
             yield Loss(_named(source), "frames or messages dropped", sum(own.values()))
         for name, count in own.items():

@@ -69,6 +69,7 @@ def summarise(log: Run) -> Summary:
     name, None for a run that was not in real time. losses: by name, what was lost, as the log's end record counts, or
     as was logged last; losses_seen_s: by name, the times at which a count was first and last seen to have risen;
     NODE_missed: messages of a node that did not come, or were not believed; received: those that did, by source;
+    two_senders: nodes under whose id a second sender was noticed;
     gcs_N_*: of the N-th link to ground stations, what came unsigned, malformed or too fast (flooding, overrun), what
     was not taken for want of room, and what was not said or sent to them.
     health: sensors and actuators that were ever not good, and the ascent: see `HealthRecord.document`.
@@ -124,6 +125,7 @@ def summarise(log: Run) -> Summary:
         "losses": {**losses.losses(log), **end.get("losses", {})},
         "losses_seen_s": losses.times(log),
         "received": received.counts,
+        "two_senders": losses.two_senders(log.events),
         "health": (known := health.document()),
         "found": findings(log.events, {*known["sensors"], *known["actuators"]}),
         "learned": with_reasons(learned.summary, reasons.of(learned)),

@@ -162,7 +162,7 @@ def left_by_the_fins(summary: Summary) -> str:
 
 def _lost(summary: Summary) -> Rows:
     """Return what was lost, the worst first."""
-    told = losses.told(summary["losses"], summary["received"])
+    told = losses.told(summary["losses"], summary["received"], summary["two_senders"])
     found = [(loss.source, loss.text) for loss in told[:_MOST_LOSSES]]
     more = len(told) - _MOST_LOSSES
     return [*found, ("other losses", f"and {more} more: see the report")] if more > 0 else found

@@ -71,7 +71,7 @@ def flight_page(log: Run, summary: Summary) -> str:
 
 def _losses(summary: Summary) -> Iterator[Section]:
     """Yield what was lost on wires and links, for people, and every count."""
-    told = losses.told(summary["losses"], summary["received"])
+    told = losses.told(summary["losses"], summary["received"], summary["two_senders"])
     if not told:
         return
     seen = summary["losses_seen_s"]
