@@ -50,7 +50,7 @@ def test_a_damaged_log_is_read_as_far_as_it_goes_or_refused_in_one_line(
         path.mkdir()
     else:
         path.write_bytes(damaged(kind, log, random.Random(f"{kind} {seed}")))
-    for command in ("replay", "report", "export", "identify"):
+    for command in ("log", "replay", "report", "export", "identify"):
         result = called(command, path, cwd=tmp_path)
         assert result.returncode in (0, 1, 2), (command, result)
         if result.returncode == 2:

@@ -1,4 +1,4 @@
-"""The sub-commands that read logs: replay, report, compare, export."""
+"""The sub-commands that read logs: log, replay, report, compare, export."""
 
 from __future__ import annotations
 
@@ -11,6 +11,21 @@ from sternplane.cli.hardware_commands import Lazily
 
 def add_logs(commands: Any, lazily: Lazily) -> None:
     """Add them; `lazily` makes a command that is imported when it runs."""
+    log = commands.add_parser(
+        "log",
+        help="list the events of a log: time, severity, what happened",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="Lists the events of a log: vehicle time, severity and what happened; on a terminal as a table,\n"
+        "in a pipe a line each. Severities, as in MAVLink: emergency, alert, critical, error, warning, notice, info.",
+        epilog="examples:\n"
+        "  sternplane log runs/latest\n"
+        "  sternplane log runs/latest | grep critical\n"
+        "  sternplane log runs/latest --json | jq '.events[] | select(.severity == \"critical\")'",
+    )
+    log.add_argument("log", type=Path, metavar="LOG", help="a log.mcap, or the folder of a run")
+    log.add_argument("--json", action="store_true", help="print t_s, severity and text of each as JSON")
+    log.set_defaults(run=lazily("sternplane.logs.event_list", kernels=()))
+
     replay = commands.add_parser(
         "replay",
         help="run the same code on a log's inputs and compare every output",
