@@ -240,6 +240,12 @@ def _given_up(event: Event, _: ModeName) -> str:
     return f"{_manoeuvre(event)} given up after {event.numbers[0]:.1f} s: {_cause(event, 1)}"
 
 
+def _by_a_rule(event: Event, does: str) -> str:
+    """Return the cause; of what a watch told a moment before in the same words also what the rule does about it."""
+    told_before = event.cause in _SOURCES or event.cause in _ACTUATORS
+    return f"{_cause(event)} ({does})" if told_before else _cause(event)
+
+
 def _because(event: Event, skip: int = 0) -> str:
     return "" if event.cause is Cause.NONE else f": {_cause(event, skip)}"
 
@@ -252,7 +258,7 @@ _ONE: Mapping[EventKind, Callable[[Event, ModeName], str]] = {
     EventKind.MODE_CHANGED: _mode_changed,
     EventKind.MODE_REFUSED: _mode_refused,
     EventKind.ARMING_CHECK_PASSED: lambda *_: "ready to be armed",
-    EventKind.RULE_HOLDS: lambda event, _: _cause(event),
+    EventKind.RULE_HOLDS: lambda event, _: _by_a_rule(event, "one more reason for the mode"),
     EventKind.CHANGE_FAILED: lambda event, _: f"change not made: {'; '.join(event.names)}",
     EventKind.WAYPOINT_PASSED: lambda event, _: "waypoint {:.0f} of {:.0f} passed".format(*event.numbers),
     EventKind.RALLY_POINT_REACHED: lambda *_: "rally point reached",
@@ -275,7 +281,7 @@ _ONE: Mapping[EventKind, Callable[[Event, ModeName], str]] = {
     EventKind.ACTUATOR_FAULT: lambda event, _: f"{event.names[0]}: {actuator_fault_text(event.numbers[0])}",
     EventKind.ASCENT_STAGE: lambda event, _: f"coming up: {stage_text(event.numbers[0])}{_because(event, 1)}",
     EventKind.WEIGHT_RELEASED: lambda event, _: f"drop weight released{_because(event)}",
-    EventKind.RULE_WARNS: lambda event, _: _cause(event),
+    EventKind.RULE_WARNS: lambda event, _: _by_a_rule(event, "a rule warns"),
     EventKind.NODE_GOOD: lambda event, _: node_text(event.names[0], SourceFault.NONE),
     EventKind.NODE_FAULT: lambda event, _: node_text(event.names[0], event.numbers[0]),
     EventKind.WAYPOINT_MISSED: lambda event, _: _missed(*event.numbers),

@@ -326,7 +326,7 @@ def test_the_actuator_that_a_rule_is_about_is_named_in_its_event() -> None:
     worn = sailing(Mode.MISSION, PARAMS, FINS)
     for _ in range(21):
         worn.tick(**faulty(ActuatorFault.SLOW, 3))
-    assert worn.events == ("lower: too slow",)
+    assert worn.events == ("lower: too slow (a rule warns)",)
 
 
 def test_neither_altimeter_nor_dvl() -> None:
@@ -617,7 +617,7 @@ def test_a_hardpoint_that_falls_silent_is_told_and_a_rule_warns() -> None:
     told = [text for _ in range(25) for text in with_weight(vehicle, WeightState.SILENT)]
     assert told == [
         "drop weight: its hardpoint says nothing any longer",
-        "drop weight: reports nothing",
+        "drop weight: reports nothing (a rule warns)",
     ]
     assert with_weight(vehicle, WeightState.HELD) == ("drop weight held: its hardpoint says so",)
 

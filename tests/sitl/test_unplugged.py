@@ -186,7 +186,8 @@ def test_what_was_unplugged_is_missed_named_and_heard_again_as_before(
 def test_the_velocity_is_lost_and_known_again(unplugging: Unplugging, fleet: tuple[str, ...]) -> None:
     _, log = unplugging(fleet)
     told = {text: t for t, text in log.sentences}
-    assert FIRST_S < told["dvl lost: silent"] < told["DVL not to be relied on: silent"] < told["dvl agrees again"]
+    warned = told["DVL not to be relied on: silent (a rule warns)"]
+    assert FIRST_S < told["dvl lost: silent"] < warned < told["dvl agrees again"]
     assert told["dvl agrees again"] < FIRST_S + GONE_S + RETRY_S + STEADY_S
     assert log.columns["state.velocity_ok"][-100:].all()
 

@@ -115,7 +115,20 @@ def test_of_weak_fins_that_act_together_the_axis_is_named() -> None:
     [text] = texts([event(EventKind.RULE_WARNS, Cause.DAMAGED, numbers, ("rudders",))])
     assert text == "damage found: rudders: half of the effect is left; 100% of diving and 50% of turning are left"
     [text] = texts([event(EventKind.RULE_HOLDS, Cause.RUDDER_FAULT, numbers[:1], ("rudders",))])
-    assert text == "rudders: half of the effect is left"
+    assert text == "rudders: half of the effect is left (one more reason for the mode)"
+
+
+@pytest.mark.parametrize("kind", [EventKind.RULE_WARNS, EventKind.RULE_HOLDS])
+def test_a_rule_does_not_repeat_word_for_word_what_a_watch_told(kind: EventKind) -> None:
+    silent, lost = (float(ActuatorFault.SILENT),), (float(SourceFault.SILENT),)
+    watch = texts([event(EventKind.ACTUATOR_FAULT, numbers=silent, names=("stern_port",))])
+    rule = texts([event(kind, Cause.ACTUATOR_SILENT, silent, ("stern_port",))])
+    does = {EventKind.RULE_WARNS: "a rule warns", EventKind.RULE_HOLDS: "one more reason for the mode"}[kind]
+    assert (watch, rule) == (["stern_port: reports nothing"], [f"stern_port: reports nothing ({does})"])
+    assert texts([event(kind, Cause.DVL_BAD, lost)]) == [f"DVL not to be relied on: silent ({does})"]
+    changed = event(EventKind.MODE_CHANGED, Cause.ACTUATOR_SILENT, silent, ("stern_port",), before=Mode.MISSION,
+                    after=Mode.SURFACE)  # fmt: skip
+    assert texts([changed]) == ["MISSION -> SURFACE: stern_port: reports nothing"]
 
 
 def test_all_that_changed_of_a_vehicle_is_one_sentence() -> None:
