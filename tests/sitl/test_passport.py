@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import errno
+import io
 import json
+import os
 import time
 from pathlib import Path
 
 import pytest
+from sternplane.cli.main import main
 from sternplane.logs.reading import Log, read
 from sternplane.logs.replay import replay
 from sternplane.sitl.flight import SCENARIOS
@@ -148,3 +152,16 @@ def test_people_can_read_it(place: Path) -> None:
         result = called("passport", name, cwd=place)
         assert (result.returncode, result.stdout) == (2, "")
         assert result.stderr.count("\n") == 1
+
+
+def test_a_passport_is_not_blamed_for_a_reader_who_has_left(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    class ClosedPipe(io.StringIO):
+        def write(self, _: str) -> int:
+            raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE))
+
+    (tmp_path / FILE).write_bytes(passport())
+    monkeypatch.setattr("sys.stdout", ClosedPipe())
+    assert main(["passport", str(tmp_path)]) == 1
+    assert capsys.readouterr().err == ""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import sys
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -20,12 +22,14 @@ def read_toml(path: Path) -> dict[str, Any]:
     Raises:
         ParamError: the file is missing, not regular, not readable or not TOML; the text names it.
     """
+    text = ""
     try:
-        return tomllib.loads(read_regular(path).decode())
+        text = read_regular(path).decode()
+        return tomllib.loads(text)
     except OSError as error:
         raise ParamError(f"{path}: cannot be read ({error.strerror})") from None
     except (ValueError, RecursionError) as error:  # ValueError: not TOML, not UTF-8, or an integer of 4,300 digits
-        raise ParamError(f"{path}: is not TOML ({_first_sentence(error)})") from None
+        raise ParamError(f"{path}: is not TOML ({_first_sentence(error, text)})") from None
 
 
 def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
@@ -37,9 +41,14 @@ def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     return merged
 
 
-def _first_sentence(error: Exception) -> str:
+def _first_sentence(error: Exception, text: str) -> str:
     """Return why; of a text that a decoder repeats whole only the beginning."""
     if isinstance(error, UnicodeDecodeError):
         return f"byte {error.start} is not UTF-8"
+    if isinstance(error, ValueError) and not isinstance(error, tomllib.TOMLDecodeError):
+        most = sys.get_int_max_str_digits()
+        found = re.search(rf"[0-9_]{{{most + 1},}}", text)
+        where = f" at line {text.count(chr(10), 0, found.start()) + 1}" if found else ""
+        return f"a number{where} has more than {most} digits"
     why = str(error)
     return why if len(why) <= _WHY_MAX else f"{why[:_WHY_MAX]} ..."

@@ -19,10 +19,11 @@ def command(options: argparse.Namespace) -> int:
     """Print the passport; return 1 if the vehicle of --config would not begin with it."""
     path = passport_in(options.file)
     try:
-        for line in lines(load_passport(path)):
-            print(line)
+        found = load_passport(path)
     except OSError as error:
         raise UsageError(f"{path}: cannot be read ({error.strerror})") from None
+    for line in lines(found):  # a pipe whose reader has left is no fault of the file
+        print(line)
     if options.config is None:
         return 0
     configuration = config_files.read_configuration(options.config)

@@ -41,6 +41,14 @@ def test_what_is_no_toml_is_one_line_that_names_the_file(tmp_path, content):
     assert len(str(failure.value)) < len(str(path)) + 300
 
 
+def test_a_number_that_is_too_long_is_told_by_its_line_and_not_by_what_python_advises(tmp_path):
+    path = tmp_path / "io.toml"
+    path.write_bytes(b"a = 1\nb = " + b"9" * 1_000_000)
+    with pytest.raises(ParamError) as failure:
+        read_toml(path)
+    assert str(failure.value) == f"{path}: is not TOML (a number at line 2 has more than 4300 digits)"
+
+
 @pytest.mark.timeout(20)
 def test_a_fifo_and_a_device_are_refused_at_once(tmp_path):
     path = tmp_path / "io.toml"
