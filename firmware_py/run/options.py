@@ -17,13 +17,14 @@ EPILOG = (
 
 
 def add_lines(parser: argparse.ArgumentParser, verb: str) -> None:
-    """Add the option that brings the lines of an io file to a desk; `verb`: find, or make."""
+    """Add the option that brings the lines of an io file to a desk; `verb`: find, or make, which a plant does."""
+    other = "fly" if verb == "make" else "plant"
     parser.add_argument(
         "--lines",
         type=Path,
         metavar="DIR",
         help=f"{verb} the io file's serial devices in DIR by the last part of their names, and its TCP ports on this "
-        "computer: to fly it against `sternplane plant --lines DIR`",
+        f"computer: to fly it against `sternplane {other} --lines DIR`",
     )
 
 

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+
+from tests.command import called
 
 HEAVY = ("numpy", "numba", "can", "pymavlink", "mcap", "rich", "plotly", "matplotlib")
 
@@ -20,3 +23,9 @@ def test_a_help_text_imports_nothing_heavy(module: str) -> None:
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=True)
     assert done.stdout == "[]\n"
+
+
+@pytest.mark.parametrize(("command", "other"), [("plant", "fly"), ("fly", "plant")])
+def test_each_end_of_the_lines_names_the_other_one(command: str, other: str, tmp_path: Path) -> None:
+    told = " ".join(called(command, "--help", cwd=tmp_path).stdout.split())
+    assert f"fly it against `sternplane {other} --lines DIR`" in told
