@@ -118,7 +118,9 @@ class Scenario:
         if depth > bottom:
             raise ParamError(f"start: depth_m = {depth:g} is below the bottom, which is {bottom:g} m deep there")
         if over := [fault.text for fault in self.injected if fault.t > self.duration]:
-            raise ParamError(f"fault {shortened(over[0])}: the scenario lasts {self.duration:g} s")
+            longest = f"the scenario lasts {self.duration:g} s"
+            remedy = f"choose T below {self.duration:g}, or a longer scenario.duration_s"
+            raise ParamError(f"fault {shortened(over[0])}: {longest}; {remedy}")
 
     @property
     def injected(self) -> tuple[Fault, ...]:

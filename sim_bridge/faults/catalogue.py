@@ -85,7 +85,8 @@ KINDS: tuple[Kind, ...] = (
     Kind("late",      "SENSOR",    "s",    True,  "delivers so much later", 0.0, 60.0),
     Kind("lossy",     "SENSOR",    "%",    True,  "loses this share of its values", 0.0, 100.0),
     Kind("lossy",     "bus",       "%",    True,  "loses this share of its frames", 0.0, 100.0, on_hil=False),
-    Kind("babble",    "bus",       "Hz",   True,  "carries so many frames of no use", 1.0, 20000.0, on_hil=False),
+    Kind("babble",    "bus",       "Hz",   True,  "carries so many useless extra frames per second", 1.0, 20000.0,
+         on_hil=False),
     Kind("bias",      "CHANNEL",   _CHANNEL, True, "is off by this"),
     Kind("drift",     "CHANNEL",   _CHANNEL_RATE, True, "goes off at this rate"),
     Kind("set",       "CHANNEL",   _CHANNEL, True, "shows this"),
@@ -150,7 +151,7 @@ def help_text(aboard: bool = True) -> str:
     for kind in KINDS:
         if kind.aboard and not aboard:
             continue
-        value = f"={'VALUE' if kind.needs_value else '[VALUE]'}" if kind.unit else ""
+        value = ("=VALUE" if kind.needs_value else "[=VALUE]") if kind.unit else ""
         unit = f" ({kind.unit}{_bounds(kind)})" if kind.unit else ""
         lines.append(f"  {kind.name + ':' + kind.group + value:<28} {kind.doc}{unit}")
     lines.append("")
@@ -162,6 +163,10 @@ def help_text(aboard: bool = True) -> str:
     lines.append("  pressure.2, ahrs.2.roll, ...: of the second device of a kind, if the io file has one")
     lines.append(
         "  battery and leak sensor are one node: off, silent, critical of battery strike both; off:leak only one"
+    )
+    lines.append(
+        "  the bottom is no fault: [[environment.bottom]] of a scenario (north_m, depth_m) gives it a profile, and\n"
+        "  --set truth.bottom_depth=40 the depth of a flat one (m)"
     )
     lines.append("  water in the hull is set:leak=100 (humidity), a battery that is nearly empty set:battery=5")
     if aboard:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 import re
 from dataclasses import dataclass
@@ -15,6 +16,8 @@ _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _WRITTEN = re.compile(
     rf"(?P<kind>[\w-]+):(?P<target>[\w.-]+)(?:=(?P<value>{_NUMBER}))?@(?P<t>{_NUMBER})(?:\+(?P<for>{_NUMBER}))?"
 )
+_PARTS = re.compile(r"(?P<kind>[\w-]+):(?P<target>[\w.-]+)(?:=(?P<value>[^@]*))?@(?P<t>[^+]*)(?:\+(?P<for>.*))?")
+"""The same with anything in place of the numbers: what is wrong with them can be said."""
 _T_MAX = 1e6
 """Latest time of a fault, s: the longest scenario."""
 
@@ -47,9 +50,9 @@ def parse_fault(text: str) -> Fault:
         ParamError: one line that says what is wrong and what would be right.
     """
     if not isinstance(text, str) or (found := _WRITTEN.fullmatch(text.strip())) is None:
-        raise ParamError(
-            f"fault {quoted(text)}: write {FORM} with times in s, such as freeze:pressure@60 or jam:FIN=10@60+20"
-        )
+        why = _not_numbers(text) if isinstance(text, str) else ""
+        form = f"write {FORM} with times in s, such as freeze:pressure@60 or jam:FIN=10@60+20"
+        raise ParamError(f"fault {quoted(text)}: {why or form}")
     name, target, t = found["kind"], found["target"], float(found["t"])
     duration = math.inf if found["for"] is None else float(found["for"])
     if not 0.0 <= t <= _T_MAX:
@@ -58,11 +61,27 @@ def parse_fault(text: str) -> Fault:
         raise ParamError(f"fault {quoted(text)}: DURATION is {duration:g} s; write more than 0")
     names = dict.fromkeys(kind.name for kind in KINDS)
     if name not in names:
-        raise ParamError(f"fault {quoted(text)}: {name} is not known; known: {', '.join(names)}")
+        near = difflib.get_close_matches(name.lower(), names, n=1)
+        also = f"; did you mean {near[0]}?" if near else ""
+        raise ParamError(f"fault {quoted(text)}: {name} is not known; known: {', '.join(names)}{also}")
     kind = kind_of(name, target)
     if kind is None:
         raise ParamError(f"fault {quoted(text)}: {name} does not apply to {target}; it applies to {groups_of(name)}")
     return Fault(text.strip(), kind, target, _value(text, kind, target, found["value"]), t, duration)
+
+
+def _not_numbers(text: str) -> str:
+    """Return which part of a fault should be a number and is none; "" where something else is wrong."""
+    found = _PARTS.fullmatch(text.strip())
+    if found is None:
+        return ""
+    kind = kind_of(found["kind"], found["target"])
+    unit = kind.unit_text(found["target"]) if kind is not None and kind.unit else ""
+    units = {"value": ("VALUE", f" in {unit}" if unit else ""), "t": ("T", " in s"), "for": ("DURATION", " in s")}
+    for part, (name, of) in units.items():
+        if found[part] is not None and not re.fullmatch(_NUMBER, found[part]):
+            return f"{name} is {quoted(found[part])}; {name} must be a plain number{of}, without unit"
+    return ""
 
 
 def _value(text: str, kind: Kind, target: str, written: str | None) -> float:

@@ -48,7 +48,16 @@ def test_a_fault_is_read_in_the_units_of_its_target():
         ("off:dvl=3@1", "off:dvl takes no value"),
         ("lossy:bus=101@1", "101 % is not within 0 [.][.][.] 100"),
         ("jam:rudder_upper=91@1", "91 deg is not within"),
-        ("jam:rudder_upper=nan@1", "write KIND"),
+        ("jam:rudder_upper=nan@1", "VALUE is 'nan'; VALUE must be a plain number in deg, without unit$"),
+        ("bias:ahrs.pitch=5deg@60", "VALUE is '5deg'; VALUE must be a plain number in deg, without unit$"),
+        ("drift:pressure=fast@60", "VALUE must be a plain number in m per second, without unit$"),
+        ("off:dvl=long@60", "VALUE must be a plain number, without unit$"),
+        ("off:dvl@60s", "T is '60s'; T must be a plain number in s, without unit$"),
+        ("off:dvl@60+5s", "DURATION is '5s'; DURATION must be a plain number in s, without unit$"),
+        ("off:dvl@", "T is ''; T must be"),
+        ("off:dvl@" + "x" * 100_000, "T must be a plain number in s, without unit$"),
+        ("OFF:dvl@60", "OFF is not known; known: off, .*; did you mean off[?]$"),
+        ("frezee:dvl@60", "did you mean freeze[?]$"),
         ("x" * 100_000, "write KIND"),
     ],
 )
@@ -74,6 +83,10 @@ def test_every_kind_has_an_effect_and_stands_in_the_help():
     assert "(weight in %, the others in m, -50 to 50)" in text
     assert "one value of 20, by chance" in text
     assert "at T = 0 none was heard, and it strikes nothing" in " ".join(text.split())
+    assert "duplicate:CHANNEL[=VALUE] " in text
+    assert "jam:FIN[=VALUE] " in text
+    assert "so many useless extra frames per second (Hz" in text
+    assert "[[environment.bottom]]" in text
     of_plant = help_text(aboard=False)
     for kind in KINDS:
         assert (f"{kind.name}:{kind.group}" in of_plant) is not kind.aboard

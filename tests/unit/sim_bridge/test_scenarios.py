@@ -91,7 +91,10 @@ def test_everything_a_scenario_may_say_arrives_in_si():
         ({"waypoints": [{"x_m": 0.0, "y_m": 0.0, "depth_m": 1.0}]}, "here: waypoints[0]: speed_m_s is missing"),
         ({"faults": ["sink:ship@1"]}, "fault 'sink:ship@1': sink is not known; known: off"),
         ({"faults": ["jam:rudder_upper"]}, "fault 'jam:rudder_upper': write KIND:TARGET[=VALUE]@T"),
-        ({"faults": ["off:dvl@11"]}, "fault off:dvl@11: the scenario lasts 10 s"),
+        (
+            {"faults": ["off:dvl@11"]},
+            "fault off:dvl@11: the scenario lasts 10 s; choose T below 10, or a longer scenario.duration_s",
+        ),
         ({"environment": {"bottom": [{"north_m": 5.0, "depth_m": 9.0}] * 2}}, "bottom is not in order of north_m"),
         ({"environment": {"current": 3}}, "here: environment: current is unknown"),
         ({"start": 3}, "here: start must be a table"),
