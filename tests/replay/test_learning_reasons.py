@@ -69,8 +69,18 @@ def test_a_filter_that_began_anew_is_named(log: Log) -> None:
 def test_a_filter_that_is_not_consistent_names_the_sensor(log: Log) -> None:
     log.columns["state.learned.nis"] = np.tile([1.0, 4.0, np.nan], (CYCLES, 1))
     said = reasons(log)
-    assert said["M_q"].startswith("the filter is not consistent: NIS of gyros 4, ")
-    assert said["M_q"].endswith(" at most")
+    assert said["M_q"].startswith("gyro residuals are too great for a consistent filter (NIS 4; ")
+    assert said["M_q"].endswith(" at most expected)")
+    log.columns["state.learned.nis"] = np.tile([1.0, 0.1, np.nan], (CYCLES, 1))
+    said = reasons(log)
+    assert said["M_q"].startswith("gyro residuals are too small for a consistent filter (NIS 0.1; at least 0.")
+    assert said["M_q"].endswith(" expected)")
+
+
+@pytest.mark.parametrize(("share", "told"), [(0.105, "10.5 %"), (0.1001, "10.01 %"), (0.14, "14 %"), (0.25, "25 %")])
+def test_a_sigma_that_is_over_its_limit_is_told_as_more_than_that(log: Log, share: float, told: str) -> None:
+    log.columns["state.learned.std"][:, DOT] = share
+    assert reasons(log)["N_dot"] == f"1 σ is over 10 % ({told})"
 
 
 def test_who_was_certain_only_while_nothing_moved_is_told_so(log: Log) -> None:

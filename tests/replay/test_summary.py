@@ -364,13 +364,38 @@ def test_what_is_asked_first_comes_first(flown: Path) -> None:
     assert [label for label, _ in groups["end of the flight"]][:3] == ["ended", "ended, from the origin", "waypoints"]
 
 
-def test_where_the_flight_ended_and_how_sure_it_was_of_it_is_told(flown: Path) -> None:
+def test_where_the_flight_ended_is_told(flown: Path) -> None:
     log = read(flown)
     log.truth["eta.x"], log.truth["eta.y"] = np.full(300, -12.4), np.full(300, 33.6)
-    log.columns["state.position_std"] = np.full(300, 1.5)
     s = summarise(log)
     assert s["ended"] == {"mode": "MISSION", "north_m": -12.4, "east_m": 33.6, "depth_m": log.truth["eta.z"][-1]}
     assert figures(s)["ended, from the origin"] == "12 m south, 34 m east"
+
+
+@pytest.mark.parametrize(
+    ("mode", "depth", "told"),
+    [
+        ("SURFACE", -0.04, "in mode SURFACE, at the surface (0.0 m)"),
+        ("DISARMED", 0.21, "in mode DISARMED, at the surface (0.2 m)"),
+        ("MISSION", 10.0, "in mode MISSION, 10.0 m deep"),
+    ],
+)
+def test_a_vehicle_ends_in_a_mode_at_the_surface_or_so_deep(flown: Path, mode: str, depth: float, told: str) -> None:
+    summary = summarise(read(flown))
+    summary["ended"] |= {"mode": mode, "depth_m": depth}
+    assert figures(summary)["ended"] == told
+
+
+def test_errors_before_and_after_learning_say_which_is_which(flown: Path) -> None:
+    rows = dict(key_figures(everything(flown))["learned, while logged"])
+    assert rows["depth error in dives (RMS)"] == "12.345 m before all was learned, 10.123 m after"
+    assert rows["heading error in turns (RMS)"] == "12.35° before all was learned, 10.12° after"
+
+
+def test_how_sure_it_was_of_its_place_is_told(flown: Path) -> None:
+    log = read(flown)
+    log.columns["state.position_std"] = np.full(300, 1.5)
+    s = summarise(log)
     assert figures(s)["position 3 σ at the end"] == "4.50 m"
 
 

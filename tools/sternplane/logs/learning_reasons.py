@@ -21,7 +21,9 @@ from sternplane.logs.run import Run
 from sternplane.logs.tracking import Array
 
 _HERE = "state.learned"
-_SENSOR_NAMES = dict(zip(SENSORS, ("DVL", "gyros", "attitude"), strict=True))
+_DIGITS = 4
+"""Fewer digits than this stand behind the point of a share."""
+_SENSOR_NAMES = dict(zip(SENSORS, ("DVL", "gyro", "attitude"), strict=True))
 
 
 class Reason(NamedTuple):
@@ -128,7 +130,7 @@ class LearningReasons:
         if not self._excited[i]:
             return Reason("never excited")
         if size > enough:
-            return Reason(f"1 σ is over {_percent(enough)}", _percent(size))
+            return Reason(f"1 σ is over {_percent(enough)}", _percent(size, over=enough))
         return doubt if self._ripe[i] else Reason("not excited once it was certain", f"1 σ is {_percent(size)}")
 
     def _doubt(self, bands: Mapping[str, tuple[float, float]]) -> Reason:
@@ -136,8 +138,10 @@ class LearningReasons:
         for sensor, nis in zip(SENSORS, self._last["nis"].tolist(), strict=True):
             low, high = bands.get(sensor, (-math.inf, math.inf))
             if not low <= nis <= high and math.isfinite(nis):
-                where = f"{high:.2g} at most" if nis > high else f"{low:.2g} at least"
-                return Reason(f"the filter is not consistent: NIS of {_SENSOR_NAMES[sensor]} {nis:.2g}, {where}")
+                great = nis > high
+                size, bound = ("great", f"{high:.2g} at most") if great else ("small", f"at least {low:.2g}")
+                residuals = f"{_SENSOR_NAMES[sensor]} residuals are too {size} for a consistent filter"
+                return Reason(f"{residuals} (NIS {nis:.2g}; {bound} expected)")
         if self._t - self._reset < self._health.settle:
             return Reason(f"the filter began{' anew' if self._resets else ''} at {self._reset:.1f} s only")
         return Reason("the filter was not consistent while it was certain")
@@ -162,5 +166,10 @@ def with_reasons(learned: dict[str, Any] | None, reasons: Mapping[str, Reason]) 
     return {**learned, "coefficients": coefficients, "not_valid_because": grouped(reasons) or None}
 
 
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.0f} %" if share < 10.0 else "more than 1000 %"
+def _percent(share: float, over: float = math.nan) -> str:
+    """Return a share in %; of one that is `over` a limit as many digits as show it."""
+    if share >= 10.0:
+        return "more than 1000 %"
+    texts = [f"{100.0 * share:.{digits}f}" for digits in range(_DIGITS)]
+    shown = [text for text in texts if not float(text) <= 100.0 * over]
+    return f"{(shown or texts[-1:])[0]} %"

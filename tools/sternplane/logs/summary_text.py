@@ -17,6 +17,8 @@ LABEL_WIDTH = 34
 _SIDES = {"north_m": ("north", "south"), "east_m": ("east", "west")}
 _MOST_LOSSES = 10
 """So many lines tell of what was lost."""
+_UP_M = 0.5
+"""Less deep than this, m, is told as at the surface."""
 _Formats = tuple[tuple[str, str, tuple[str, ...]], ...]
 _TRAVELLED: _Formats = (
     # label, format with units, keys
@@ -91,8 +93,14 @@ def unlogged(summary: Summary) -> str:
     more = summary["vehicle_time_s"] - summary["logged_s"]
     return (
         f"the log ends at {summary['logged_s']:.1f} s, because {after['why']}: the vehicle flew on for {more:.1f} s, "
-        f"and ended in mode {after['mode']}, {after['depth_m']:.1f} m deep"
+        f"and ended {_where(after['mode'], after['depth_m'])}"
     )
+
+
+def _where(mode: str, depth: float) -> str:
+    """Return in which mode and how deep, m, a vehicle is."""
+    metres = f"{depth:.1f} m".removeprefix("-" if round(depth, 1) == 0.0 else "")
+    return f"in mode {mode}, {f'at the surface ({metres})' if depth < _UP_M else f'{metres} deep'}"
 
 
 def key_figures(summary: Summary) -> dict[str, Rows]:
@@ -119,7 +127,7 @@ def key_figures(summary: Summary) -> dict[str, Rows]:
 def _ended(summary: Summary) -> Rows:
     """Return where the vehicle was at the end, and how far it came."""
     end = summary["ended"]
-    found = [] if end["depth_m"] is None else [("ended", f"{end['mode'].lower()}, {end['depth_m']:.1f} m deep")]
+    found = [] if end["depth_m"] is None else [("ended", _where(end["mode"], end["depth_m"]))]
     if None not in (end["north_m"], end["east_m"]):
         north, east = (_side(end[key], *words) for key, words in _SIDES.items())
         found.append(("ended, from the origin", f"{north}, {east}"))
@@ -220,8 +228,9 @@ def _adopted(summary: Summary) -> Rows:
         why = summary.get("adoption_refused", {}).get(law)
         found.append((f"{law} law learned", f"{adopted_text(one)}{f': {why}' if why else ''}"))
         if None not in errors:
-            label = f"error in {'dives' if law == 'depth' else 'turns'}, before all, after"
-            found.append((label, f"{', '.join(map(form.format, errors))} RMS"))
+            label = f"{law} error in {'dives' if law == 'depth' else 'turns'} (RMS)"
+            before, after = map(form.format, errors)
+            found.append((label, f"{before} before all was learned, {after} after"))
     known = [one for one in adoption["coefficients"].values() if one["error_before_pct"] is not None]
     if known:
         worst = [max(abs(one[key]) for one in known) for key in ("error_before_pct", "error_after_pct")]
