@@ -13,7 +13,14 @@ from firmware_py.records.adoption import design_text
 from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.fence import breach_text
 from firmware_py.records.health import ActuatorFault, SourceFault
-from firmware_py.records.health_text import actuator_fault_text, choice_text, node_text, source_fault_text, stage_text
+from firmware_py.records.health_text import (
+    actuator_fault_text,
+    choice_text,
+    node_text,
+    sensor_text,
+    source_fault_text,
+    stage_text,
+)
 from firmware_py.records.learning_text import report_text
 from firmware_py.records.order import NOBODY, Asker, Mode
 from firmware_py.records.passport import moved_text
@@ -273,10 +280,14 @@ _ONE: Mapping[EventKind, Callable[[Event, ModeName], str]] = {
         f"{_manoeuvre(event)} done: {event.numbers[0]:g} s, and {event.numbers[1]:.1f} s of waiting"
     ),
     EventKind.MANOEUVRE_GIVEN_UP: _given_up,
-    EventKind.SENSOR_GOOD: lambda event, _: f"{event.names[0]} agrees again",
-    EventKind.SENSOR_SUSPECT: lambda event, _: f"{event.names[0]} not believed: {source_fault_text(event.numbers[0])}",
-    EventKind.SENSOR_LOST: lambda event, _: f"{event.names[0]} lost: {source_fault_text(event.numbers[0])}",
-    EventKind.CANDIDATE_BELIEVED: lambda event, _: f"{event.names[0]}: {choice_text(*event.numbers)}",
+    EventKind.SENSOR_GOOD: lambda event, _: f"{sensor_text(event.names[0])} agrees again",
+    EventKind.SENSOR_SUSPECT: lambda event, _: (
+        f"{sensor_text(event.names[0])} not believed: {source_fault_text(event.numbers[0])}"
+    ),
+    EventKind.SENSOR_LOST: lambda event, _: (
+        f"{sensor_text(event.names[0])} lost: {source_fault_text(event.numbers[0])}"
+    ),
+    EventKind.CANDIDATE_BELIEVED: lambda event, _: f"{sensor_text(event.names[0])}: {choice_text(*event.numbers)}",
     EventKind.ACTUATOR_GOOD: lambda event, _: f"{event.names[0]} works again",
     EventKind.ACTUATOR_FAULT: lambda event, _: f"{event.names[0]}: {actuator_fault_text(event.numbers[0])}",
     EventKind.ASCENT_STAGE: lambda event, _: f"coming up: {stage_text(event.numbers[0])}{_because(event, 1)}",

@@ -55,6 +55,12 @@ def source_fault_text(number: float) -> str:
     return _SOURCE_FAULTS[SourceFault(int(number))]
 
 
+def sensor_text(name: str) -> str:
+    """Return what people call the sensor of a role, such as "altitude", or one of several, such as "altitude.2"."""
+    role, dot, number = name.partition(".")
+    return f"{'altimeter' if role == 'altitude' else role}{dot}{number}"
+
+
 def actuator_fault_text(number: float) -> str:
     """Return the words for the `ActuatorFault` of that number."""
     return _ACTUATOR_FAULTS[ActuatorFault(int(number))]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.health import SourceState
+from firmware_py.records.health_text import sensor_text
 from firmware_py.records.sensing import ROLES
 
 _FIRST_S = 5.0
@@ -28,7 +29,7 @@ class SensorWatch:
             self._reported_first = True
             missing = [name for name, ok in zip(names, now, strict=True) if not ok]
             lost = [one for one in state.candidates if one.health.state is SourceState.LOST]
-            missing += [f"{ROLES[one.role]}.{one.number + 1}" for one in lost]
+            missing += [sensor_text(f"{ROLES[one.role]}.{one.number + 1}") for one in lost]
             if missing:
                 sentences.append(f"not known for {_FIRST_S:g} s: {', '.join(missing)}")
         for name, ok, before in zip(names, now, self._heard, strict=True):

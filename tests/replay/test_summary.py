@@ -392,6 +392,10 @@ def test_errors_before_and_after_learning_say_which_is_which(flown: Path) -> Non
     assert rows["heading error in turns (RMS)"] == "12.35° before all was learned, 10.12° after"
 
 
+def test_an_altimeter_that_was_not_believed_is_called_so(flown: Path) -> None:
+    assert "altimeter.2 not believed" in figures(everything(flown))
+
+
 def test_how_sure_it_was_of_its_place_is_told(flown: Path) -> None:
     log = read(flown)
     log.columns["state.position_std"] = np.full(300, 1.5)

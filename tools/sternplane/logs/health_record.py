@@ -11,7 +11,7 @@ import numpy as np
 from firmware_py.records.command import AscentStage
 from firmware_py.records.estimate import VelocitySource
 from firmware_py.records.health import ActuatorFault, SensorHealth, SourceFault, SourceState, WeightState
-from firmware_py.records.health_text import actuator_fault_text, source_fault_text, stage_text
+from firmware_py.records.health_text import actuator_fault_text, sensor_text, source_fault_text, stage_text
 from firmware_py.records.sensing import ROLES
 from sternplane.logs.reading import Columns, Piece
 from sternplane.logs.run import Run
@@ -220,7 +220,9 @@ def key_figures(health: Mapping[str, Any], end: float) -> list[tuple[str, str]]:
     for name, one in health["sensors"].items():
         faults = ", ".join(source_fault_text(SourceFault[fault.upper()]) for fault in one["faults_s"])
         long = one["suspect_s"] + one["lost_s"]
-        found.append((f"{name} not believed", f"{faults}, from {one['first_s']:.1f} s, {long:.1f} s in all"))
+        found.append(
+            (f"{sensor_text(name)} not believed", f"{faults}, from {one['first_s']:.1f} s, {long:.1f} s in all")
+        )
     found += [(name, actuator_text(one, end)) for name, one in health["actuators"].items()]
     if health["weight_commanded_s"] is not None and health["weight_released_s"] is None:
         found.append(("drop weight not released", f"commanded at {health['weight_commanded_s']:.1f} s"))

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from firmware_py.records.command import AscentStage
 from firmware_py.records.estimate import VelocitySource
 from firmware_py.records.health import WEIGHT_FAULTS, SourceState
+from firmware_py.records.health_text import sensor_text
 from sternplane.logs.health_record import (
     HealthRecord,
     Span,
@@ -89,7 +90,7 @@ def health_plot(health: HealthRecord, figure: Any) -> Plot | None:
 def _strips(health: HealthRecord) -> Iterator[_Strip]:
     for name, line in health.sensors.items():
         if not line.quiet:
-            yield _Strip(name, line, sensor_words, _sensor)
+            yield _Strip(sensor_text(name), line, sensor_words, _sensor)
     if "dvl" in health.sensors and not (health.sensors["dvl"].quiet or health.velocity.quiet):
         yield _Strip("velocity", health.velocity, velocity_words, _velocity)
     for name, line in health.actuators.items():
