@@ -37,7 +37,8 @@ class Completion:
         self._t_up = math.inf
         self._mode = Mode.DISARMED
         self._armed = False
-        self._aborted = ""
+        self._aborted = self._ended_by = ""
+        self._last_cycle: Cycle | None = None
         self._said = self._refused = ""
         self._last = ""
         self._up = self._commanded = self._dropped = False
@@ -70,17 +71,24 @@ class Completion:
             return f"surfaced safely{without} because of a rule: {self._aborted.partition(': ')[2] or self._aborted}"
         if self._aborted:
             later = "" if self._last in ("", self._aborted) else f", then {self._last}"
-            under_way = "" if self._mode is Mode.DISARMED else f"; in mode {self._mode.name.lower()} at the end"
-            return f"aborted: {self._aborted}{later}{under_way}"
+            under_way = "" if self._mode is Mode.DISARMED else f"; at the end {self._where_it_is}"
+            return f"{self._ended_by}: {self._aborted}{later}{under_way}"
         if not self._armed:
             return f"never armed: {self._refused or self._said or 'nobody asked for it'}"
         if self._completes is Completes.SURFACED:
             return "it had not surfaced when the time was over"
         return "it was no longer flying when the time was over"
 
+    @property
+    def _where_it_is(self) -> str:
+        """Return in which mode it is, and whether it has come up, and by whose word."""
+        by = "by the truth" if self._true_depth is not None else "by its own estimate"
+        return f"in mode {self._mode.name}, {'at the surface' if self._is_up() else 'under water'} {by}"
+
     def see(self, cycle: Cycle) -> None:
         """Takes one cycle in."""
         mode, before = cycle.mode.mode, self._mode
+        self._last_cycle = cycle
         if cycle.events:
             changes = [event for event in cycle.events if event.kind is EventKind.MODE_CHANGED]
             self._said = sentences(changes or cycle.events)[-1].text
@@ -94,23 +102,29 @@ class Completion:
         self._commanded = self._commanded or cycle.mode.drop
         self._armed = self._armed or mode is not Mode.DISARMED
         if cycle.mode.failsafe:
-            self._abort()
+            self._abort("a rule ended the mission" if before is Mode.MISSION else f"a rule ended mode {before.name}")
         elif mode is Mode.DISARMED:
-            self._up = self._came_up(cycle) and before is Mode.SURFACE
+            self._up = self._came_up() and before is Mode.SURFACE
             if not self._up:
-                self._abort()
+                self._abort("it was disarmed too soon")
             if self._completes is Completes.SURFACED and self._up:
                 self.done = self._watch == 0.0
                 self._t_up = math.inf if self.done else cycle.tick.t
 
-    def _came_up(self, cycle: Cycle) -> bool:
-        if self._true_depth is None:
-            return cycle.heard.fix.ok or cycle.state.eta.z < _SURFACE
-        depth = self._true_depth()
-        if depth >= _SURFACE:
-            self._said += f", at a depth of {depth:.1f} m in truth"
-        return depth < _SURFACE
+    def _is_up(self) -> bool:
+        """Return whether it is at the surface now: by the truth, where it is known."""
+        if self._true_depth is not None:
+            return self._true_depth() < _SURFACE
+        cycle = self._last_cycle
+        return cycle is not None and (cycle.heard.fix.ok or cycle.state.eta.z < _SURFACE)
 
-    def _abort(self) -> None:
+    def _came_up(self) -> bool:
+        up = self._is_up()
+        if not up and self._true_depth is not None:
+            self._said += f", at a depth of {self._true_depth():.1f} m in truth"
+        return up
+
+    def _abort(self, by: str) -> None:
         self._last = self._said or "nobody said why"
-        self._aborted = self._aborted or self._last
+        if not self._aborted:
+            self._aborted, self._ended_by = self._last, by

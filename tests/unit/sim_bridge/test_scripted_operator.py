@@ -189,7 +189,7 @@ def test_a_vehicle_that_says_surfaced_in_the_deep_has_not_surfaced_safely_and_bo
     ground.write(cycle(mode=Mode.DISARMED, events=(changed(Mode.DISARMED, Cause.SURFACED),)))
     assert not ground.completion.surfaced
     assert ground.completion.reason == (
-        "aborted: MISSION -> SURFACE: water in the hull, then "
+        "a rule ended the mission: MISSION -> SURFACE: water in the hull, then "
         "SURFACE -> DISARMED: surfaced, at a depth of 42.4 m in truth"
     )
 
@@ -199,7 +199,7 @@ def test_to_be_disarmed_by_hand_at_the_surface_is_no_rule_that_brought_it_up():
     for mode in (Mode.MISSION, Mode.DISARMED):
         ground.write(cycle(mode=mode, z=0.3))
     assert not ground.completion.surfaced
-    assert ground.completion.reason.startswith("aborted: ")
+    assert ground.completion.reason.startswith("it was disarmed too soon: ")
 
 
 def test_the_reason_is_the_change_of_mode_whatever_else_happened_in_its_tick():
@@ -210,7 +210,20 @@ def test_the_reason_is_the_change_of_mode_whatever_else_happened_in_its_tick():
     )
     ground.write(cycle(mode=Mode.SURFACE, failsafe=True, events=(changed(Mode.SURFACE, Cause.LEAK), report)))
     assert not ground.completion.surfaced
-    assert ground.completion.reason == "aborted: MISSION -> SURFACE: water in the hull; in mode surface at the end"
+    ended = "a rule ended the mission: MISSION -> SURFACE: water in the hull"
+    assert ground.completion.reason == f"{ended}; at the end in mode SURFACE, at the surface by its own estimate"
+    ground.write(cycle(mode=Mode.SURFACE, z=7.0))
+    assert ground.completion.reason == f"{ended}; at the end in mode SURFACE, under water by its own estimate"
+
+
+@pytest.mark.parametrize(("true_depth", "where"), [(-0.1, "at the surface"), (12.0, "under water")])
+def test_where_a_rule_ended_a_flight_the_truth_tells_whether_it_had_come_up(true_depth, where):
+    scenario = parse({"description": "x.", "duration_s": 100.0, "completes": "surfaced"}, "here")
+    ground = ScriptedOperator(scenario, lambda: true_depth)
+    ground.write(cycle(mode=Mode.HOLD))
+    ground.write(cycle(mode=Mode.SURFACE, failsafe=True, z=5.0, events=(changed(Mode.SURFACE, Cause.LEAK),)))
+    assert ground.completion.reason.startswith("a rule ended mode HOLD: ")
+    assert ground.completion.reason.endswith(f"; at the end in mode SURFACE, {where} by the truth")
 
 
 def test_the_end_of_a_mission_is_meant_and_its_end_by_a_rule_is_not():
