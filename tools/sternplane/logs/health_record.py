@@ -225,7 +225,7 @@ def key_figures(health: Mapping[str, Any], end: float) -> list[tuple[str, str]]:
         )
     found += [(name, actuator_text(one, end)) for name, one in health["actuators"].items()]
     if health["weight_commanded_s"] is not None and health["weight_released_s"] is None:
-        found.append(("drop weight not released", f"commanded at {health['weight_commanded_s']:.1f} s"))
+        found.append(("drop weight", f"release commanded at {health['weight_commanded_s']:.1f} s, not confirmed"))
     if health["weight_released_s"] is not None:
         found.append(("drop weight released", f"at {health['weight_released_s']:.1f} s"))
     return found

@@ -30,6 +30,7 @@ from sternplane.logs.tracking import (
     wrapped_deg,
 )
 from sternplane.logs.true_coefficients import faults_of
+from sternplane.logs.true_end import TrueEnd
 
 Summary = dict[str, Any]
 
@@ -73,6 +74,8 @@ def summarise(log: Run) -> Summary:
     gcs_N_*: of the N-th link to ground stations, what came unsigned, malformed or too fast (flooding, overrun), what
     was not taken for want of room, and what was not said or sent to them.
     health: sensors and actuators that were ever not good, and the ascent: see `HealthRecord.document`.
+    by_truth: up_s, from when a simulated vehicle truly was at the surface until the end of the log, and weight_gone_s,
+    when its drop weight truly went, whether it knew of it or not; each None where it did not; None without a truth.
     found: what rules and the monitor of the bus found beside: by ("rule", "bus"), text, first_s, times (`findings`).
     learned: None if nothing was; else of the last cycle, by coefficient, value, std, valid, believed, and truth (with
     what faults have left of the fins: `true_coefficients`), error_pct and error_sigmas where the truth was logged;
@@ -96,8 +99,8 @@ def summarise(log: Run) -> Summary:
     figures, learned, late = _Figures(log), LearnedFigures(log), lateness_histogram.LatenessRecord()
     manoeuvres, health = standard_manoeuvres.StandardManoeuvres(), health_record.HealthRecord(log)
     received, adoption, limits = losses.Received(), AdoptionFigures(log), LimitFigures()
-    reasons = LearningReasons(log)
-    parts = (figures, learned, reasons, adoption, limits, late, manoeuvres, health, received)
+    reasons, true_end = LearningReasons(log), TrueEnd()
+    parts = (figures, learned, reasons, adoption, limits, late, manoeuvres, health, received, true_end)
     for piece in log.pieces():
         for part in parts:
             part.add(piece)
@@ -127,6 +130,7 @@ def summarise(log: Run) -> Summary:
         "received": received.counts,
         "two_senders": losses.two_senders(log.events),
         "health": (known := health.document()),
+        "by_truth": true_end.document(),
         "found": findings(log.events, {*known["sensors"], *known["actuators"]}),
         "learned": with_reasons(learned.summary, reasons.of(learned)),
         "not_learned_because": reasons.nothing or None,

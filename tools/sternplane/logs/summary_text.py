@@ -15,6 +15,8 @@ Rows = list[tuple[str, str]]
 LABEL_WIDTH = 34
 """A label has no more characters, so that it stands in one line of a terminal of 80 columns, with its figure."""
 _SIDES = {"north_m": ("north", "south"), "east_m": ("east", "west")}
+_SOON = 1.0
+"""A drop weight that truly went no longer than this, s, from when the vehicle knew of it adds nothing."""
 _MOST_LOSSES = 10
 """So many lines tell of what was lost."""
 _UP_M = 0.5
@@ -131,6 +133,9 @@ def _ended(summary: Summary) -> Rows:
     if None not in (end["north_m"], end["east_m"]):
         north, east = (_side(end[key], *words) for key, words in _SIDES.items())
         found.append(("ended, from the origin", f"{north}, {east}"))
+    truth = summary["by_truth"] or {}
+    if truth.get("up_s") is not None and not (summary["completed"] or summary["surfaced"] or summary["after_log"]):
+        found.append(("at the surface, by the truth", f"from {truth['up_s']:.1f} s on"))
     if summary["waypoints_total"]:
         found.append(("waypoints", f"{summary['waypoints_passed']} of {summary['waypoints_total']}"))
     found += _rows(summary, _TRAVELLED)
@@ -149,13 +154,24 @@ def _side(metres: float, positive: str, negative: str) -> str:
 def _found(summary: Summary) -> Rows:
     """Return what was wrong, as the vehicle found it, and what was made wrong on purpose."""
     found = health_record.key_figures(summary["health"], summary["logged_s"])
-    found += findings.key_figures(summary["found"])
+    found += [*_true_weight(summary), *findings.key_figures(summary["found"])]
     if left := left_by_the_fins(summary):
         found.append(("left at the end", left))
     for label, key in (("faults injected", "faults"), ("of these not begun at the end", "faults_not_begun")):
         if summary[key]:
             found.append((label, ", ".join(summary[key])))
     return found
+
+
+def _true_weight(summary: Summary) -> Rows:
+    """Return what truly became of the drop weight, where the vehicle does not know it, or found it out later."""
+    health, truth = summary["health"], summary["by_truth"]
+    told = health["weight_commanded_s"], health["weight_released_s"]
+    if truth is None or ((gone := truth["weight_gone_s"]) is None and told == (None, None)):
+        return []
+    if None not in (gone, told[1]) and abs(gone - told[1]) < _SOON:
+        return []
+    return [("drop weight, by the truth", "still aboard" if gone is None else f"gone at {gone:.1f} s")]
 
 
 def left_by_the_fins(summary: Summary) -> str:
