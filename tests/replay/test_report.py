@@ -272,6 +272,31 @@ def test_what_nobody_steers_has_no_reference_and_no_error(tmp_path: Path, toy: S
     assert set(traces(log, "Depth")) == {"truth", "estimate", "bottom", "events"}
 
 
+def test_coming_up_has_no_reference_of_depth(tmp_path: Path, toy: SimpleNamespace) -> None:
+    log = read(toy.fly(tmp_path / "log.mcap"))
+    log.columns["mode.mode"] = np.where(log.columns["t"] < 2.5, log.columns["mode.mode"], Mode.SURFACE)
+    depth, heading = (traces(log, title)["reference"] for title in ("Depth", "Heading"))
+    assert np.isfinite(depth[20:25]).all()
+    assert np.isnan(depth[25:]).all()
+    assert np.isfinite(heading[25:]).all()
+    assert np.isnan(traces(log, "Tracking error")["depth"][25:]).all()
+
+
+def test_a_depth_that_is_not_known_is_drawn_apart_and_named_so(tmp_path: Path, toy: SimpleNamespace) -> None:
+    log = read(toy.fly(tmp_path / "log.mcap"))
+    assert "estimate, not known" not in traces(log, "Depth")
+    z, t = log.columns["state.eta.z"], log.columns["t"]
+    log.columns["state.depth_ok"] = t < 2.0
+    found = traces(log, "Depth")
+    assert found["estimate"][:20] == pytest.approx(z[:200:10], rel=1e-6)
+    assert np.isnan(found["estimate"][20:]).all()
+    assert np.isnan(found["estimate, not known"][:20]).all()
+    assert found["estimate, not known"][20:] == pytest.approx(z[200::10], rel=1e-6)
+    assert np.isnan(found["bottom"][20:]).all()
+    [unknown] = [trace for trace in drawn(log, "Depth").figure.data if trace.name == "estimate, not known"]
+    assert unknown.line.dash == "dot"
+
+
 def test_the_path_is_in_the_tracking_plot_where_there_is_one(tmp_path: Path, toy: SimpleNamespace) -> None:
     log = read(toy.fly(tmp_path / "log.mcap"))
     off = path_error(log, log.columns, true_columns(log))[::10]

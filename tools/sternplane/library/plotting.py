@@ -10,6 +10,7 @@ import numpy as np
 from firmware_py.run.usage_error import UsageError
 from sternplane.library.flights import FlightResult
 from sternplane.library.recordings import Recording
+from sternplane.logs.tracking import depth_flown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -54,13 +55,13 @@ def plot(flown: _Flown | Mapping[str, _Flown]) -> Figure:
 
 def _draw(axes: Mapping[str, Any], recording: Recording, name: str, colour: str) -> None:
     t, state, columns = recording.t, recording.truth or recording.estimate, recording.columns
-    flown = columns["mode.mode"] != 0
+    flown = {"depth": depth_flown(columns), "heading": columns["mode.mode"] != 0}
     axes["track"].plot(state["y"], state["x"], color=colour)
     axes["depth"].plot(t, state["z"], color=colour, label=name)
     axes["heading"].plot(t, np.degrees(np.unwrap(state["psi"])), color=colour)
     desired = np.degrees(np.unwrap(columns["reference.psi_d"]))
     desired += 360.0 * np.round((np.degrees(np.unwrap(state["psi"])) - desired) / 360.0)
     for axis, values in (("depth", columns["reference.z_d"]), ("heading", desired)):
-        axes[axis].plot(t, np.where(flown, values, np.nan), "--", color=colour, linewidth=0.8)
+        axes[axis].plot(t, np.where(flown[axis], values, np.nan), "--", color=colour, linewidth=0.8)
     axes["planes"].plot(t, np.degrees(columns["demand.delta_s"]), color=colour, linewidth=0.8)
     axes["rudder"].plot(t, np.degrees(columns["demand.delta_r"]), color=colour, linewidth=0.8)

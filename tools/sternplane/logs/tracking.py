@@ -77,9 +77,15 @@ class FlownMissions:
 _HELD = (Mode.HOLD, Mode.MISSION, Mode.LOITER, Mode.GUIDED, Mode.RETURN)
 
 
+def depth_flown(c: Columns) -> Array:
+    """Return in which cycles a depth is flown: coming up is steered by pitch, towards a reference above the water."""
+    flown: Array = np.isin(c["mode.mode"], _HELD)
+    return flown
+
+
 def held_cycles(c: Columns) -> Array:
     """Return in which cycles the vehicle is armed, and depth and heading are held."""
-    held: Array = c["applied.armed"] & np.isin(c["mode.mode"], _HELD)
+    held: Array = c["applied.armed"] & depth_flown(c)
     return held
 
 

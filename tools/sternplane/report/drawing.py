@@ -9,6 +9,8 @@ import numpy as np
 from sternplane.logs.tracking import Array
 
 TRUTH, ESTIMATE, REFERENCE = "#0f172a", "#2563eb", "#f59e0b"
+PALE_ESTIMATE = "#60a5fa"
+"""Of an estimate that is known to rest on nothing."""
 COLOURS = ("#2563eb", "#dc2626", "#059669", "#9333ea", "#d97706", "#0891b2", "#be185d", "#4d7c0f")
 """Of what is of one kind: fins, runs."""
 

@@ -17,7 +17,7 @@ from sternplane.logs.run import Run
 from sternplane.logs.tracking import Array
 from sternplane.report import fault_marks
 from sternplane.report.coefficient_plots import plots
-from sternplane.report.drawing import COLOURS, ESTIMATE, REFERENCE, TRUTH, Plot, line, minimum_height
+from sternplane.report.drawing import COLOURS, ESTIMATE, PALE_ESTIMATE, REFERENCE, TRUTH, Plot, line, minimum_height
 from sternplane.report.error_plots import error_plots
 from sternplane.report.health_plot import health_plot
 from sternplane.report.lateness_plot import histogram
@@ -95,10 +95,10 @@ class Figures:
     def depth(self) -> Plot:
         """Depth, downwards, with the bottom where the vehicle hears it and the events where they happened."""
         c, truth = self._c, self._truth
-        plot = self._three(
-            "Depth", "depth, m", 0.5, c["reference.z_d"], c["state.eta.z"], truth.get("eta.z"), "Diamonds are events."
-        )
-        depths = [c["state.eta.z"], *([truth["eta.z"]] if truth else [])]
+        note = "Diamonds are events."
+        plot = self._three("Depth", "depth, m", 0.5, c["reference.z_d"], c["z_known"], truth.get("eta.z"), note)
+        line(plot.figure, self._t, c["z_unknown"], "estimate, not known", PALE_ESTIMATE, dash="dot")
+        depths = [c["z_known"], *([truth["eta.z"]] if truth else [])]
         deepest = max(float(np.nanmax(z, initial=0.0)) for z in depths)
         if np.isfinite(c["bottom"]).any():
             shown = self._shown(float(np.nanmin(c["bottom"])), deepest)

@@ -22,6 +22,7 @@ from sternplane.logs.tracking import (
     Planned,
     UnwrappedHeading,
     ahrs_heading_error,
+    depth_flown,
     heading_estimate_error,
     navigation_error,
     pose_of,
@@ -34,6 +35,8 @@ _PLAN_FINER, _LONG = 4, 40
 """A plan view has so many times the points of the other plots, where a stride is longer than that."""
 _REFERENCES = ("reference.z_d", "reference.psi_d", "reference.u_d")
 """What is a reference only while somebody steers by it; in MANUAL and DISARMED it goes along with the vehicle."""
+_DEPTH = "reference.z_d"
+"""Of these the one that is none in SURFACE either."""
 _LINES = ("state.eta.z", "state.eta.phi", "state.eta.theta", "state.nu.u", "reference.z_d", "reference.u_d")
 _TRUE_LINES = ("eta.z", "eta.phi", "eta.theta", "nu.u")
 _COMMANDED, _REPORTED = ("applied.fins", "applied.n"), ("frame.fins", "frame.n")
@@ -85,8 +88,9 @@ class Drawn:
 
     Attributes:
         stride: see `Stride`; `rate` is that of the points, Hz; `dt` the step, s.
-        c: columns of the cycles at the points; and "psi", "psi_d", "psi_estimate" (degrees, without jumps), "bottom"
-            (m), and the errors "depth_error", "path_error", "away", "depth_off" (m), "heading_error" (degrees).
+        c: columns of the cycles at the points; and "psi", "psi_d", "psi_estimate" (degrees, without jumps), "z_known",
+            "z_unknown" (m, the estimated depth while it is known, and while it is not), "bottom" (m), and the errors
+            "depth_error", "path_error", "away", "depth_off" (m), "heading_error" (degrees).
         truth: columns of the truth at the points; empty where nobody knew it.
         plan, plan_truth: columns of the place, at more points.
         steered: whether it ever was by laws.
@@ -133,6 +137,8 @@ class Drawn:
         steered = ~np.isin(c["mode.mode"], (Mode.DISARMED, Mode.MANUAL))
         self.steered = self.steered or bool(steered.any())
         wanted = {name: np.where(steered, c[name], np.nan) for name in _REFERENCES}
+        wanted[_DEPTH] = np.where(depth_flown(c), c[_DEPTH], np.nan)
+        z_known, z_unknown = (np.where(c["state.depth_ok"] == ok, c["state.eta.z"], np.nan) for ok in (True, False))
         psi = self._psi.of(pose["eta.psi"])
         lines = {name: c[name] for name in (*_LINES, *_COMMANDED)} | wanted
         lines |= {name: _reported(c, name) for name in _REPORTED}
@@ -140,7 +146,9 @@ class Drawn:
             "psi": psi,
             "psi_d": psi + wrapped_deg(wanted["reference.psi_d"] - pose["eta.psi"]),
             "psi_estimate": psi + wrapped_deg(c["state.eta.psi"] - pose["eta.psi"]),
-            "bottom": c["state.eta.z"] + c["state.altitude"],
+            "z_known": z_known,
+            "z_unknown": z_unknown,
+            "bottom": z_known + c["state.altitude"],
             "depth_error": wanted["reference.z_d"] - pose["eta.z"],
             "heading_error": wrapped_deg(wanted["reference.psi_d"] - pose["eta.psi"]),
             "path_error": self._path.of(piece),
