@@ -175,12 +175,12 @@ def test_a_sweep_that_is_interrupted_leaves_the_fins_centred_and_was_never_armed
     monkeypatch.setattr(fins_sweep, "_LISTEN_S", 0.6)
 
     def interrupt() -> None:
-        angles(bus, 30.0, lambda found: abs(found[3]) > 0.04)
+        angles(bus, 30.0, lambda found: abs(found[2]) > 0.04)  # the other one follows it, for seconds
         os.kill(os.getpid(), how)
 
     with ThreadPoolExecutor() as pool:
         interrupted = pool.submit(interrupt)
-        chosen = ("--yes", "--fin", "rudder_lower", "--json")
+        chosen = ("--yes", "--fin", "rudder_upper", "--fin", "rudder_lower", "--json")
         done = called("fins", "--sweep", "--bus", plant.bus, *chosen, cwd=plant.folder)
         interrupted.result()
     said = Reassembler([m.ARMING_STATUS, m.ARRAY_COMMAND, m.RPM_COMMAND], most_open=8)
