@@ -1,4 +1,7 @@
-"""What is lost on wires and links, counted by source and cause once a second, and told where it begins to rise fast."""
+"""What is lost on wires and links, and which single values are left out, counted by source and cause once a second.
+
+Where a count begins to rise fast it is told.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +9,11 @@ import math
 from collections.abc import Callable, Mapping
 
 from firmware_py.records.cycle import Cycle
+from firmware_py.records.health import SensorHealth
 from firmware_py.tick import NS_PER_S, Rate
 
+OUTLIERS = "outliers_"
+"""Single values that the estimator left out are counted so, by sensor: no wire has lost them."""
 FAST = 10
 """More than so many in a second are told."""
 _ALWAYS = ("_unknown_model_", "set_ups_failed", "start_ups_failed", "watchdog_lost", "impossible_angles")
@@ -34,6 +40,7 @@ class LossWatch:
         self._sources: list[Counts] = []
         self._received: Callable[[], int] = lambda: 0
         self._notes: list[Callable[[Cycle], None]] = []
+        self._refused: dict[str, int] = {}
         self._last: dict[str, int] = {}
         self._told: dict[str, float] = {}
         self._t_told = -math.inf
@@ -58,7 +65,7 @@ class LossWatch:
 
     def totals(self) -> dict[str, int]:
         """Return how much was lost since the start, by source and cause."""
-        found: dict[str, int] = {}
+        found: dict[str, int] = dict(self._refused)
         for source in self._sources:
             found |= source()
         return found
@@ -71,6 +78,8 @@ class LossWatch:
                 note(cycle)
         if not tick.every(Rate.HZ_1):
             return {}
+        refused = zip(SensorHealth._fields, cycle.state.refused, strict=False)
+        self._refused = {f"{OUTLIERS}{sensor}": count for sensor, count in refused if count}
         totals, last = self.totals(), self._last
         changed = {name: count for name, count in totals.items() if count != last.get(name, 0)}
         self._last = totals

@@ -164,7 +164,8 @@ class Estimator:
         if correction is not NO_CORRECTION:
             self._navigation.correct(correction.depth, correction.heading)
         before = self._learning.last if self._learning is not None else NOTHING_LEARNED
-        state = self._navigation.update(tick, believed, applied, integrity.health, known, integrity.hull, before)
+        hull, refused = integrity.hull, integrity.refused
+        state = self._navigation.update(tick, believed, applied, integrity.health, known, hull, before, refused)
         if selection.candidates:
             state = replace(state, candidates=selection.candidates)
         if self._learning is None:

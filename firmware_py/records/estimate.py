@@ -86,7 +86,7 @@ class StateEstimate:
     rests on, `water` the water's velocity north and east, eddies included, m/s, with 1 sigma `water_std` of each; NaN:
     not known. `fix_jump` is by how much fixes that contradicted the position put it right in this tick, m.
     `candidates` are the devices of every role that has more than one, the first in priority first. `payload` is that of
-    the frame.
+    the frame. `refused` is how many values of each sensor of `SensorHealth` were left out one by one so far.
     """
 
     eta: Eta
@@ -106,6 +106,7 @@ class StateEstimate:
     fix_jump: float = 0.0
     candidates: tuple[Candidate, ...] = ()
     payload: tuple[PayloadReading, ...] = field(default=(), metadata={BESIDE: True})
+    refused: tuple[int, ...] = field(default=(), metadata={BESIDE: True})
     learned: Learned = NOTHING_LEARNED
 
     @property

@@ -191,6 +191,14 @@ def test_losses_are_told_by_source_with_their_share_the_worst_first() -> None:
     ]
 
 
+def test_outliers_are_told_by_sensor() -> None:
+    found = told({"outliers_pressure": 1, "outliers_altitude": 3, "ahrs_missed": 0}, {"ahrs": 950})
+    assert [(loss.source, loss.text) for loss in found] == [
+        ("altimeter, outliers", "3 left out one by one"),
+        ("pressure sensor, outliers", "1 left out one by one"),
+    ]
+
+
 def test_a_second_sender_is_told_beside_what_was_lost_by_it(flown: Path) -> None:
     counts = {"ahrs_missed": 2630, "ahrs_strays": 1819}
     received = {"ahrs": 9463}

@@ -68,6 +68,11 @@ class SensorIntegrity:
         return self._sources.health
 
     @property
+    def refused(self) -> tuple[int, ...]:
+        """Return how many values of each sensor were left out one by one."""
+        return self._sources.refused
+
+    @property
     def hull(self) -> HullVelocity | None:
         """Return what propeller and rudder do to the hull, and the current; None: no model holds now."""
         return self._velocity.current.corrected(self.model.velocity) if self._params.enabled else None
@@ -248,10 +253,7 @@ class SensorIntegrity:
         if frame.n.usable(t, 1.0) and not applied.armed and n == 0.0:
             self.model.rest()
         elif known is not None:
-            psi, level = self._attitude.memory.psi, math.cos(self._attitude.memory.theta)
-            s, c = math.sin(psi), math.cos(psi)
-            north, east = known.current.north + known.eddy[0], known.current.east + known.eddy[1]
-            self.model.hear_speed(known.u - (north * c + east * s) * level, known.v - east * c + north * s)
+            self.model.hear_speed(known, self._attitude.memory.psi, self._attitude.memory.theta)
         self._ask_model(t, n if math.isfinite(n) else 0.0, gone, frame, applied)
         if applied.armed and sources.pressure.memory.fault is SourceFault.NONE:
             judge_again(t, self.model.memory.slip, sources.ahrs, sources.dvl, self._vertical.judge_raw)
@@ -266,10 +268,8 @@ class SensorIntegrity:
             ahrs, _, _, altimeter, *_, echo = [is_now and not was for was, is_now in zip(were, now, strict=True)]
             if ahrs:
                 self._attitude.recover()
-            if altimeter:
-                self._altitude.forget(0)
-            if echo:
-                self._altitude.forget(1)
+            for i in [i for i, back in enumerate((altimeter, echo)) if back]:
+                self._altitude.forget(i)
 
     def _ask_model(self, t: float, n: float, gone: bool, frame: SensorFrame, applied: Applied) -> None:
         """Let propeller and fins drive the models, and compare heading and DVL with them."""

@@ -28,7 +28,7 @@ from dataclasses import dataclass
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.integrity.motion_model import MotionMemory, MotionModel
 from firmware_py.estimation.integrity.steady_turn import steady_turn_std
-from firmware_py.estimation.navigation.velocity import Current, HullVelocity
+from firmware_py.estimation.navigation.velocity import Current, FilterVelocity, HullVelocity
 from firmware_py.records.sensing import Dvl
 from firmware_py.vehicle.linear_models import SteeringCoefficients, steering_coefficients
 from firmware_py.vehicle.turning import steady_turn, yaw_axis
@@ -165,11 +165,14 @@ class ModelCheck:
         """Return the speed ahead through the water that thrust and drag make, m/s."""
         return self._motion.memory.u
 
-    def hear_speed(self, u: float, v: float) -> None:
-        """Take the speed and the sway through the water, m/s, that somebody else knows, if the model does not."""
+    def hear_speed(self, known: FilterVelocity, psi: float, theta: float) -> None:
+        """Take what the filter knows of the speed through the water under these angles, rad, if the model does not."""
         m = self.memory
         if m.unknown > 0.0:
-            m.motion.u, m.motion.v, m.unknown = u, v, 0.0
+            s, c = math.sin(psi), math.cos(psi)
+            north, east = known.current.north + known.eddy[0], known.current.east + known.eddy[1]
+            m.motion.u = known.u - (north * c + east * s) * math.cos(theta)
+            m.motion.v, m.unknown = known.v - east * c + north * s, 0.0
 
     def rest(self) -> None:
         """Take note that the vehicle drifts with the water."""

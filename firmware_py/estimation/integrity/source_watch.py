@@ -36,7 +36,8 @@ class SourceMemory:
     `held` is the last measurement that was passed on, `passed` whether the newest was. `fault` is what spoke against it
     last, at `t_bad`, since `t_fault`; `lost` why it is lost, if so. `t_steady` is since when it is heard without gaps;
     `t_withheld` when it was last heard while its node was not believed, `t_back` when it was good again after it was
-    lost. `motion` is what others told of the motion when its value was a new one.
+    lost. `motion` is what others told of the motion when its value was a new one; `refused` how many values were left
+    out one by one.
     """
 
     held: Heard[Any]
@@ -59,6 +60,7 @@ class SourceMemory:
     run: int = 0
     outliers: float = 0.0
     in_row: int = 0
+    refused: int = 0
 
 
 class SourceWatch:
@@ -169,6 +171,7 @@ class SourceWatch:
         memory = self.memory
         self.clean = memory.passed = False
         memory.in_row += 1
+        memory.refused += 1
         if memory.in_row == 1:
             memory.outliers += 1.0
             if memory.outliers > _OUTLIERS:

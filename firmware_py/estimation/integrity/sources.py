@@ -9,7 +9,7 @@ from typing import Any
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.integrity.source_watch import SourceMemory, SourceWatch
 from firmware_py.estimation.navigation.navigation import NavigationParams
-from firmware_py.records.health import ALL_GOOD, SensorHealth, SourceFault, SourceState
+from firmware_py.records.health import ALL_GOOD, Role, SensorHealth, SourceFault, SourceState
 from firmware_py.records.sensing import ROLES, Ahrs, Dvl, Heard, SensorFrame, candidate_bit, node_bit
 
 _PERIOD = 0.1
@@ -65,6 +65,13 @@ class Sources:
     def believed(self) -> tuple[bool, ...]:
         """Return which sensors are believed; the DVL's altitude stands last."""
         return tuple([watch.believed for watch in self._all])
+
+    @property
+    def refused(self) -> tuple[int, ...]:
+        """Return how many values of each sensor of `SensorHealth` were left out one by one; of a ping each half."""
+        *sensors, echo = [watch.memory.refused for watch in self._all]
+        sensors[Role.DVL] += echo
+        return tuple(sensors)
 
     @property
     def attitude_used(self) -> bool:

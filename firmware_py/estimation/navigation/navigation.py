@@ -93,12 +93,13 @@ class Navigation:
         known: velocity.FilterVelocity | None = None,
         hull: velocity.HullVelocity | None = None,
         learned: Learned = NOTHING_LEARNED,
+        refused: tuple[int, ...] = (),
     ) -> StateEstimate:
         """Return the state at the tick, from what was received up to it and what was commanded one tick ago.
 
         `sensors` is what is known of the sensors; what is not believed is not ok in the frame. `known` is the velocity
         of the coefficient filter, `hull` that of the vehicle's model, each None if it is not to be believed. `learned`
-        becomes part of the state as it is.
+        and `refused` become part of the state as they are.
         """
         params, was, t, dt = self._params, self._memory, tick.t, tick.dt
 
@@ -156,6 +157,7 @@ class Navigation:
             water=(north, east),
             water_std=water_std,
             fix_jump=pos.jump,
+            refused=refused,
             learned=learned,
         )
 

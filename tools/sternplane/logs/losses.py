@@ -7,8 +7,10 @@ import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import NamedTuple
 
+from firmware_py.adapters.loss_watch import OUTLIERS
 from firmware_py.records.event import Event, EventKind
-from firmware_py.records.health import SourceFault
+from firmware_py.records.health import SensorHealth, SourceFault
+from firmware_py.records.health_text import sensor_text
 from firmware_py.records.sensing import MEASURES
 from sternplane.logs.reading import Piece
 from sternplane.logs.run import Run
@@ -145,6 +147,9 @@ def _found(counts: dict[str, int], received: Mapping[str, int], doubled: Collect
             total = f"transfers_{name}"
             counts[total] = counts.get(total, 0) - count
         yield Loss(f"{_named(source)}, restarts", "times", counts.pop(f"{source}_restarts", 0))
+    for sensor in SensorHealth._fields:
+        outliers = counts.pop(f"{OUTLIERS}{sensor}", 0)
+        yield Loss(f"{_named(sensor_text(sensor))}, outliers", "left out one by one", outliers)
     rest = sum(max(counts.pop(name), 0) for name in [*counts] if name.startswith("transfers_"))
     yield Loss(_NAMES["transfers"], "frames or messages dropped", rest)
     for name, count in counts.items():

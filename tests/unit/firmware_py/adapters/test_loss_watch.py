@@ -15,9 +15,9 @@ from firmware_py.tick import Tick
 from firmware_py.wire.dronecan.transfer import Dropped
 
 
-def cycle(k: int) -> SimpleNamespace:
+def cycle(k: int, refused: tuple[int, ...] = ()) -> SimpleNamespace:
     """As much of a cycle as the watch looks at."""
-    return SimpleNamespace(tick=Tick(k, 10_000_000))
+    return SimpleNamespace(tick=Tick(k, 10_000_000), state=SimpleNamespace(refused=refused))
 
 
 def test_changed_counts_come_once_a_second() -> None:
@@ -30,6 +30,14 @@ def test_changed_counts_come_once_a_second() -> None:
         changes |= {k: changed} if (changed := watch.update(cycle(k))) else {}
     assert changes == {200: {"bus_not_sent": 1}, 300: {"bus_not_sent": 3}}
     assert watch.totals() == {"bus_not_sent": 3, "ahrs_bad_crc": 0}
+
+
+def test_single_values_that_the_estimator_leaves_out_are_counted_by_sensor() -> None:
+    watch = LossWatch()
+    assert watch.update(cycle(0)) == {}
+    assert watch.update(cycle(100, (0, 2, 1, 0, 0, 0, 0))) == {"outliers_dvl": 2, "outliers_pressure": 1}
+    assert watch.update(cycle(200, (0, 2, 1, 0, 0, 0, 0))) == {}
+    assert watch.totals() == {"outliers_dvl": 2, "outliers_pressure": 1}
 
 
 def test_a_count_that_rises_fast_is_told_once_a_minute() -> None:

@@ -15,7 +15,7 @@ from firmware_py.estimation.integrity.motion_model import MotionModel
 from firmware_py.records.sensing import Dvl
 from firmware_py.vehicle.vehicle import Vehicle
 
-from .voyage import DEG, VEHICLE
+from .voyage import AT_U, DEG, VEHICLE
 
 N, U = 492.0 / 60.0, 1.8
 STEERING = ("Y_r", "Y_v", "Y_dr", "N_r", "N_v", "N_dr")
@@ -47,7 +47,7 @@ def swim(
     check = check or ModelCheck(IntegrityParams(), vehicle)
     hull.memory.u = U
     if knows:
-        check.hear_speed(U, 0.0)
+        check.hear_speed(AT_U, 0.0, 0.0)
     heading = dvl = math.inf
     for k in range(round(seconds * 10)):
         t = 0.1 * k
@@ -114,7 +114,7 @@ def test_a_speed_over_ground_in_a_strong_current_accuses_nobody_before_it_is_for
 def test_the_model_tells_no_speed_as_long_as_it_began_with_one_that_was_not_known() -> None:
     check, _, _ = swim(20.0, knows=False)
     assert check.velocity is None
-    check.hear_speed(U, 0.0)
+    check.hear_speed(AT_U, 0.0, 0.0)
     assert check.velocity is not None
 
 

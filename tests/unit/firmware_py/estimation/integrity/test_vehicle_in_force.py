@@ -15,7 +15,7 @@ from firmware_py.vehicle.linear_models import SteeringCoefficients, steering_coe
 from firmware_py.vehicle.turning import steady_turn, yaw_axis
 from firmware_py.vehicle.vehicle import Vehicle
 
-from .voyage import DEG, VEHICLE
+from .voyage import AT_U, DEG, VEHICLE
 
 N, U = 492.0 / 60.0, 1.8
 TRUE = steering_coefficients(VEHICLE)
@@ -42,7 +42,7 @@ def swim(check: ModelCheck, seconds: float, hull: MotionModel | None = None, dri
     if hull is None:
         hull = MotionModel(VEHICLE)
         hull.memory.u = U
-    check.hear_speed(U, 0.0)
+    check.hear_speed(AT_U, 0.0, 0.0)
     accused = False
     for k in range(round(seconds * 10)):
         fins = [0.0, 0.0, track(0.1 * k), track(0.1 * k)]

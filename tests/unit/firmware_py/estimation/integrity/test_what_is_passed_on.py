@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from firmware_py.marine import wrap
-from firmware_py.records.health import ALL_GOOD, SourceState
+from firmware_py.records.health import ALL_GOOD, SensorHealth, SourceState
 from firmware_py.records.sensing import Fix
 
 from .voyage import DEG, ORIGIN, Fault, after, named, new, once, voyage
@@ -45,12 +45,15 @@ def test_one_false_value_is_never_passed_on_and_accuses_nobody_but_a_fix_that_ca
     fault = once(20.0, strike)
     quiet = field == "fix"
     faults = {field: fault if not quiet else lambda t, v: strike(v) if 20.0 <= t < 20.5 else None}
-    for seen in voyage(24.0, faults):
+    integrity = new()
+    for seen in voyage(24.0, faults, integrity=integrity):
         passed = getattr(seen.believed, field)
         if struck and passed.ok and passed.value == struck[0]:
             raise AssertionError(f"passed on at {seen.t}")
         if not quiet:
             assert seen.health == ALL_GOOD
+    left_out = dict(zip(SensorHealth._fields, integrity.refused, strict=True))
+    assert left_out == dict.fromkeys(SensorHealth._fields, 0) | {field: 0 if quiet else 1}
 
 
 @pytest.mark.parametrize("rate", [-0.5, -0.1, 0.5])

@@ -14,6 +14,7 @@ from firmware_py import config_files
 from firmware_py.estimation.integrity.integrity import SensorIntegrity
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.navigation.navigation import NavigationParams
+from firmware_py.estimation.navigation.velocity import Current, FilterVelocity
 from firmware_py.marine import Origin, local_to_geodetic
 from firmware_py.params import load
 from firmware_py.records.command import Applied
@@ -28,6 +29,8 @@ ORIGIN = Origin(0.6, -2.1)
 VEHICLE_FILE = Path(__file__).resolve().parents[5] / "configs" / "npsauv2" / "vehicle.toml"
 VEHICLE: Vehicle = load(Vehicle, config_files.read_table(Vehicle, VEHICLE_FILE, {}), "vehicle.toml")
 APPLIED = Applied((0.0,) * 4, 492.0 / 60.0, True, False)
+AT_U = FilterVelocity(0.0, SPEED, 0.0, 0.0, 0.0, Current(0.0, 0.0, 0.0, 0.0), (0.0, 0.0), 0.0)
+"""What a filter knows of a hull that does SPEED in still water."""
 Fault = Callable[[float, Any], Any]
 """(time, measured value) -> what is said instead."""
 
