@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from firmware_py.marine import clip
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.safety.actuators.hull_response import PERIOD
 from firmware_py.safety.actuators.water_speed import WaterSpeed
@@ -26,7 +27,7 @@ def least_speed(driven: float, before: float, state: StateEstimate, water: tuple
         water: what speed and current may be by the DVL; empty without it.
     """
     u = min([driven, *[x.least for x in water]]) if water else _BRAKED * min(driven, state.nu.u)
-    return min(max(u, before - _SPEED_RATE * PERIOD), before + _SPEED_RATE * PERIOD) if before == before else u
+    return clip(u, before - _SPEED_RATE * PERIOD, before + _SPEED_RATE * PERIOD) if before == before else u
 
 
 def current_across(state: StateEstimate, water: tuple[WaterSpeed, ...]) -> tuple[float, bool]:

@@ -146,7 +146,7 @@ def test_what_moves_on_a_straight_line_misses_its_target(tmp_path: Path) -> None
 
 
 def test_what_is_not_learned_is_wrong_and_the_ten_are_right_on_the_first_hull(tmp_path: Path) -> None:
-    for name, (factors, hull) in other_wrong.WAYS.items():
+    for hull, name, factors, *_ in other_wrong.WAYS:
         right = read_toml(configs() / hull.folder / "vehicle.toml")
         first, again, other = (factors(right, signs(seed)) for seed in (1000, 1000, 1003))
         wrong = first.get("coefficients", {}).keys()

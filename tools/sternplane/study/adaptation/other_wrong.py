@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -14,9 +13,7 @@ from sternplane.study.adaptation.flight import flown_as
 from sternplane.study.cases.honesty import (
     NPS,
     REMUS,
-    Hull,
-    Signs,
-    Tables,
+    Wrong,
     added_mass,
     buoyancy,
     drag,
@@ -26,31 +23,22 @@ from sternplane.study.cases.honesty import (
     ten,
 )
 from sternplane.study.rows import Case, Results, Row, RunArrays
-from sternplane.study.wrong_vehicle import Factors
 
-
-class Way(NamedTuple):
-    """One way in which a vehicle file is wrong."""
-
-    factors: Callable[[Tables, Signs], Factors]
-    hull: Hull = NPS
-
-
-WAYS: Mapping[str, Way] = {
-    "added mass +-20 %": Way(added_mass),
-    "REMUS 100, the ten +-30 %": Way(ten(0.3), REMUS),
-    "the rest +-20 %": Way(rest),
-    "drag +-20 %": Way(drag),
-    "buoyancy +-1 %": Way(buoyancy),
-    "REMUS 100, nothing": Way(nothing, REMUS),
-}
+WAYS = (
+    Wrong(NPS, "added mass +-20 %", added_mass),
+    Wrong(REMUS, "REMUS 100, the ten +-30 %", ten(0.3)),
+    Wrong(NPS, "the rest +-20 %", rest),
+    Wrong(NPS, "drag +-20 %", drag),
+    Wrong(NPS, "buoyancy +-1 %", buoyancy),
+    Wrong(REMUS, "REMUS 100, nothing", nothing),
+)
 _NAME = "track, wrong otherwise"
 
 
 def _run(seed: int, k: int) -> RunArrays:
-    factors, hull = tuple(WAYS.values())[k % len(WAYS)]
-    folder, course = configs() / hull.folder, track(cruise=(hull.u, hull.n))
-    wrong = factors(read_toml(folder / "vehicle.toml"), signs(seed))
+    way = WAYS[k % len(WAYS)]
+    folder, course = configs() / way.hull.folder, track(cruise=(way.hull.u, way.hull.n))
+    wrong = way.factors(read_toml(folder / "vehicle.toml"), signs(seed))
     errors = flown_as(course, seed, wrong, adoption=True, config=folder)
     figures = errors.figures(course.settled)
     found = [float(errors.failed), figures["depth"], figures["heading"]]
@@ -59,7 +47,7 @@ def _run(seed: int, k: int) -> RunArrays:
 
 def _evaluate(runs: Sequence[RunArrays]) -> Results:
     rows = []
-    for i, name in enumerate(WAYS):
+    for i, (_, name, *_) in enumerate(WAYS):
         flown = [run["found"] for run in runs if int(run["way"]) == i]
         if flown:
             failed, depth, heading = np.array(flown).T
