@@ -163,12 +163,13 @@ class CurrentCheck:
         if abs(m.aside) < _PART * most_aside:
             m.t_aside, m.psi_aside = t, psi
         back = 1.0 if m.fault is SourceFault.NONE else _BACK
-        if abs(m.ahead) <= back * most and abs(m.aside) <= back * most_aside:
+        faster = self.hull.braked if self.hull is not None else 0.0  # if the fins are not there
+        if -back * most <= m.ahead <= back * most + faster and abs(m.aside) <= back * most_aside:
             m.fault, m.excused = SourceFault.NONE, math.inf
             if believed:
                 self._follow(t, gap, off_n, off_e)
         elif m.fault is SourceFault.NONE:
-            if abs(m.ahead) > most:
+            if not -most <= m.ahead <= most + faster:
                 m.fault = self._ahead(heard, psi, abs(ahead) - _PART * most)
             else:
                 turned, since = wrap(psi - m.psi_aside), t - m.t_aside
@@ -217,7 +218,7 @@ class CurrentCheck:
         if hull is None or m.t - m.known > _HOLDS:
             return hull
         doubt = math.hypot(m.ahead, m.aside) if m.fault is SourceFault.CURRENT else 0.0
-        return HullVelocity(hull.u + m.off_u, hull.v + m.off_v, hull.current, doubt)
+        return HullVelocity(hull.u + m.off_u, hull.v + m.off_v, hull.current, doubt, hull.braked)
 
     def _begin(self, t: float, through: tuple[float, float], heard: Heard[Dvl], c: float, s: float) -> None:
         """Take the current that a ping tells for the one that is known; how strong eddies are stays."""

@@ -164,7 +164,7 @@ class SensorIntegrity:
             echo.hold()  # the altitude of an old ping tells nothing either
             return
         psi, theta = self._attitude.memory.psi, self._attitude.memory.theta
-        self._velocity.see(self.model.velocity, t - self._attitude.memory.t <= _GAP)
+        self._velocity.see(self.model.witness, t - self._attitude.memory.t <= _GAP)
         if self._velocity.check(heard, t, watch, self._vertical.depth, (psi, theta)):
             self._catch_up(heard, t)
             self.model.hear_ping(heard.value, t, psi, watch.believed)

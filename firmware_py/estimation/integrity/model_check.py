@@ -68,13 +68,13 @@ _LEARNS = 60.0
 class ModelCheckMemory:
     """The model's motion; what was heard since its last step; regression; current (m/s), and what u leaves it by.
 
-    `unknown` is for how long, s, the model's speed is still not to be relied on; `deep` whether it is judged by;
+    `unknown` is for how long, s, the model's speed is still not to be relied on; `dived` since when it is judged by, s;
     `steering` are the coefficients that the model turns by, `turns` their steady turn, 1/m, to a tenth, `followed` for
     how long it has been that, s, and `unsure` 1 sigma of its logarithm; `driven` and `pinged` are for how long
     propeller and DVL have told of the motion; `weight` and what follows are running means of 1, r, the model's r, its
     square and their product. `slow` is what the model leaves unexplained, rad/s, over 10 s, and `spread` the mean
-    square of what is faster. `gyro`, `rudder` and `way` are how far, rad, gyro and model have turned since the heading
-    contradicts its gyro, and the model to and fro.
+    square of what is faster. `gyro`, `rudder` and `way` are how far, rad, gyro, model, and the model to and fro, have
+    turned since the heading contradicts its gyro.
     """
 
     motion: MotionMemory
@@ -84,7 +84,7 @@ class ModelCheckMemory:
     followed: float = math.inf
     unsure: float = 0.0
     driven: float = 0.0
-    deep: bool = False
+    dived: float = 0.0
     turned: float = 0.0
     reports: int = 0
     weight: float = 0.0
@@ -143,7 +143,7 @@ class ModelCheck:
         gap, m.t_ping = t - m.t_ping, t
         if m.unknown == math.inf:
             motion.u, m.unknown = ping.u, _FORGETS
-        if not (self._settled and m.deep) or gap > 1.0:
+        if not (self._settled and m.dived) or gap > 1.0:
             return
         s, c = math.sin(psi), math.cos(psi)
         ahead, aside = ping.u - motion.u, ping.v - motion.v
@@ -184,13 +184,12 @@ class ModelCheck:
     ) -> None:
         """Go on by dt, s, at the propeller speed n, rev/s, pitch and fin angles, rad.
 
-        `steered` is whether the rudder is known and turns the hull; `driven` whether thrust and drag make its speed,
-        a glide of less than `current_change` apart: without that the model moves straight on. Only `deep` under water
-        heading and DVL are judged by it.
+        `steered`: the rudder is known and turns the hull; `driven`: thrust and drag make its speed, but for a glide of
+        less than `current_change`; else the model moves straight on. Only `deep` under water anything is judged by it.
         """
         m, motion = self.memory, self._motion
         rate, heard = (m.turned / m.reports, steered) if m.reports else (0.0, False)
-        m.turned, m.reports, m.deep = 0.0, 0, deep
+        m.turned, m.reports, m.dived = 0.0, 0, m.dived + dt if deep else 0.0
         if m.unknown == math.inf:
             motion.memory.u, m.unknown = motion.speed(n), _FORGETS
         if not driven:
@@ -225,8 +224,13 @@ class ModelCheck:
         if m.driven <= 0.0 or m.unknown > 0.5 * _FORGETS:
             return None
         std = math.inf if m.pinged <= 0.0 else math.hypot(_STD, _FIRST_STD / math.sqrt(1.0 + m.pinged / _FIRST_TIME))
-        v = m.motion.v if m.deep else 0.0  # at the surface rudders do half of what they should
-        return HullVelocity(m.motion.u, v, Current(m.north, m.east, std, m.t_ping))
+        v = m.motion.v if m.dived else 0.0  # at the surface rudders do half of what they should
+        return HullVelocity(m.motion.u, v, Current(m.north, m.east, std, m.t_ping), braked=m.motion.braked)
+
+    @property
+    def witness(self) -> HullVelocity | None:
+        """Return that where pings may be judged by it: the model is not that of a hull partly out of the water."""
+        return self.velocity if self.memory.dived >= _SETTLES else None
 
     def _regression(self) -> tuple[float, float, float, float]:
         """Return the means of the measured rate and of the model's, rad/s, the gain, and what that is off by."""

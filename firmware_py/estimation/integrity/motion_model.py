@@ -23,11 +23,12 @@ _STATIONS = (-0.4, -0.2, 0.0, 0.2, 0.4)
 
 @dataclass(slots=True)
 class MotionMemory:
-    """Surge and sway through the water, m/s, and rate of turn, rad/s."""
+    """Surge and sway through the water, m/s, rate of turn, rad/s, and how much slower the fins have made it, m/s."""
 
     u: float = 0.0
     v: float = 0.0
     r: float = 0.0
+    braked: float = 0.0
 
 
 class MotionModel:
@@ -81,7 +82,9 @@ class MotionModel:
         pull = self.speed(n)
         vv, rr, drdr, dsds, rdr, vdr = self._brakes
         u_dot = self._drag * (pull * abs(pull) - m.u * abs(m.u)) + self._turn * v * r + vv * v * v + rr * r * r
-        u_dot += u * (u * (drdr * delta_r * delta_r + dsds * delta_s * delta_s) + (rdr * r + vdr * v) * delta_r)
+        fins = drdr * delta_r * delta_r + dsds * delta_s * delta_s
+        u_dot += u * (u * fins + (rdr * r + vdr * v) * delta_r)
+        m.braked -= dt * u * (u * fins + 2.0 * self._drag * m.braked)
         m.u += dt * (u_dot + self._lift * math.sin(theta))
         m.v += dt * v_dot
         m.r += dt * r_dot

@@ -71,13 +71,15 @@ class FilterVelocity(NamedTuple):
 class HullVelocity(NamedTuple):
     """Speed ahead and sway through the water by the vehicle file, m/s, and the current that pings have left.
 
-    `doubt` is what pings that are not believed say that the current has changed by, m/s.
+    `doubt` is what pings that are not believed say that the current has changed by, `braked` how much slower, m/s, the
+    drag of turned fins has made it, if they are there.
     """
 
     u: float
     v: float
     current: Current
     doubt: float = 0.0
+    braked: float = 0.0
 
 
 class Motion(NamedTuple):

@@ -37,6 +37,7 @@ def fly(
     filter_off: Callable[[float], float] = still,
     lost: Callable[[float], bool] = lambda _: False,
     heard: Callable[[float], bool] = lambda _: True,
+    braked: Callable[[float], float] = still,
     turbulence: float = 0.0,
     check: CurrentCheck | None = None,
 ) -> Told:
@@ -44,7 +45,7 @@ def fly(
 
     `water` is added to the current to the north and moves the hull by its drag, `stirred` moves it at once; `lie` and
     `sideways` are added to u and v of the pings. The filter does not know the speed that the propeller drives for,
-    `thrust`, and is off by `filter_off`.
+    `thrust`, and is off by `filter_off`; the hull's model is `braked` by its fins.
     """
     check, noise, told = check or CurrentCheck(WALK, VEHICLE), np.random.default_rng(1), []
     through, fault = 1.8, SourceFault.NONE
@@ -61,7 +62,7 @@ def fly(
         current = Current(NORTH, EAST, 0.004, t)
         told_by = FilterVelocity(t - T, known, EAST * c, 0.0, 0.004, current, (0, 0), turbulence)
         check.hear(None if lost(t) else told_by, t)
-        check.hull = HULL._replace(current=current)
+        check.hull = HULL._replace(current=current, braked=braked(t))
         if not heard(t):
             continue
         now = check.judge(Heard(ping, t, True, True), psi, 0.0, fault is SourceFault.NONE)
@@ -158,3 +159,16 @@ def test_it_goes_on_from_a_memory_as_if_nothing_had_been() -> None:
     assert fly(30.0, check=one) == fly(30.0, check=other)
     assert one.freeze() == other.freeze()
     assert one.freeze() is not one.memory
+
+
+def test_fins_at_their_stops_that_make_no_drag_are_no_current() -> None:
+    def faster(t: float) -> float:
+        return min(max(0.0, t - 90.0) * 0.02, 0.3)
+
+    def lost(t: float) -> bool:
+        return t > 91.0
+
+    assert fly(200.0, lie=faster, lost=lost)[0][1] is SourceFault.CURRENT
+    assert fly(200.0, lie=faster, lost=lost, braked=lambda t: 1.1 * faster(t)) == []
+    slower = fly(120.0, lie=lambda t: -0.1 * max(0.0, t - 90.0), lost=lost, braked=lambda _: 0.3)
+    assert slower[0][1] is SourceFault.DRIFT  # drag that is there makes nothing slower than the model

@@ -149,3 +149,29 @@ def test_a_dvl_that_is_not_believed_makes_no_current() -> None:
     for k in range(200):
         check.hear_ping(Dvl(0.3, 0.0, 0.0, 0.01, 20.0), 50.0 + 0.2 * k, 0.0, False)
     assert check.velocity == known._replace(current=known.current._replace(t=50.0 + 0.2 * 199))
+
+
+def test_no_ping_is_judged_by_a_hull_that_is_at_the_surface_or_was_there_a_moment_ago() -> None:
+    check, _, _ = swim(60.0)
+    assert check.witness == check.velocity is not None
+    for _ in range(50):
+        check.step(0.1, N, 0.0, [0.0] * 4, True, True, False)
+    assert check.velocity is not None  # navigation has nothing better
+    assert check.witness is None
+    seen = [check.witness for _ in range(200) if check.step(0.1, N, 0.0, [0.0] * 4, True, True, True) is None]
+    assert seen[:140] == [None] * 140
+    assert seen[-1] == check.velocity
+
+
+@pytest.mark.parametrize("angle", [23.0, -15.0])
+def test_what_fins_have_braked_is_what_the_hull_would_be_faster_by_without_their_drag(angle: float) -> None:
+    bare = replace(VEHICLE, coefficients=replace(VEHICLE.coefficients, X_dsds=0.0))
+    hulls = MotionModel(VEHICLE), MotionModel(bare)
+    for hull in hulls:
+        hull.memory.u = U
+    for k in range(900):
+        for hull in hulls:
+            hull.step(0.1, N, 0.0, angle * DEG if k < 300 else 0.0, 0.0)
+        if k in (100, 299, 600, 899):
+            with_fins, without = hulls[0].memory, hulls[1].memory
+            assert with_fins.braked == pytest.approx(without.u - with_fins.u, rel=0.25, abs=0.001)
