@@ -76,8 +76,10 @@ class SenderWatch:
         return not self.in_doubt, False
 
     def _learn(self, gap: float) -> None:
-        """Take an interval into the mean period; a much longer one may hide a whole round of ids."""
+        """Take an interval into the mean period; one of half a round of ids and more may hide a whole one."""
         period = self._period
+        if period and gap > 0.5 * _IDS * period:
+            return
         self._period = max(period + _SHARE * (min(gap, 2.0 * period) - period) if period else gap, _SHORTEST)
 
     def _most(self, gap: float) -> int:

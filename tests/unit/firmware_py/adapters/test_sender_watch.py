@@ -43,6 +43,16 @@ def test_one_sender_on_a_lossy_bus_is_not_two_and_mostly_believed(rate: float, l
     assert sum(believed for believed, _ in heard) > (0.95 if lost < 0.9 else 0.6) * len(heard)
 
 
+def test_one_sender_of_which_a_thirtieth_comes_is_hardly_ever_two() -> None:
+    """Of five frames each comes with an even chance: the id that follows is as often that of a later round."""
+    doubted = 0
+    for seed in range(60):
+        rng = random.Random(seed)
+        few = [(i, t + 0.004 * rng.random()) for i, t in stream(100.0, 400.0) if t < 10.0 or rng.random() < 0.5**5]
+        doubted += any(second for _, second in fed(few))
+    assert doubted <= 2
+
+
 @pytest.mark.parametrize("lost", [0.0, 0.1, 0.5])
 def test_what_was_lost_is_counted_by_its_ids(lost: float) -> None:
     rng, watch = random.Random(1), SenderWatch()
