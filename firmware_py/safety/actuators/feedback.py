@@ -2,7 +2,8 @@
 
 The band lies between two models of the actuator. The fastest follows every command of the last moments at the highest
 rate at which commands move; the slowest follows them late, at a share of that rate. Whatever lies between them, lag,
-latency and lost messages included, is sound. So the watch needs no exact model of a servo.
+latency and lost messages included, is sound. So the watch needs no exact model of a servo. A bus that loses many
+reports loses more commands, which are longer: an actuator that hears none stands still. Then none is at fault.
 """
 
 from __future__ import annotations
@@ -30,6 +31,9 @@ _QUICK = 0.8
 """Share of the slowest sound rate that shows that a slow one is slow no more."""
 _FAR = 3.0
 """So many tolerances from where it is told to be, all of the last second, a fin turns as fast as it can."""
+_LOSSY, _LOSSY_TIME, _LOSSY_FOR = 0.6, 1.0, 5.0
+"""Where less than this share of the reports comes that came at best, over the second, s, the bus loses them, and is
+taken to for the third one."""
 _MEASURED = 13
 """How fast it turns, so many of the newest reports tell: the others may be older than the latest command."""
 
@@ -64,6 +68,20 @@ class FeedbackLimits(NamedTuple):
     turns: bool = False
 
 
+class Reception(NamedTuple):
+    """The share of periods in which a report comes, the most that it was, and when reports were lost last, s."""
+
+    comes: float = 0.0
+    came: float = 0.0
+    t_lossy: float = -math.inf
+
+    def after(self, t: float, came: bool) -> Reception:
+        """Return it after one more period, at t, s."""
+        comes = self.comes + (came - self.comes) * (PERIOD / _LOSSY_TIME)
+        most = max(self.came, comes)
+        return Reception(comes, most, t if comes < _LOSSY * most else self.t_lossy)
+
+
 class FeedbackMemory(NamedTuple):
     """What is remembered of one actuator.
 
@@ -78,6 +96,7 @@ class FeedbackMemory(NamedTuple):
         least: the least report since it has been within the band.
         greatest: the greatest one.
         quick: it moved no slower than sound ones since then.
+        reception: how regularly reports come.
     """
 
     fault: ActuatorFault
@@ -90,6 +109,7 @@ class FeedbackMemory(NamedTuple):
     least: float
     greatest: float
     quick: bool
+    reception: Reception = Reception()
 
 
 _FRESH = FeedbackMemory(ActuatorFault.NONE, -math.inf, math.nan, math.nan, (), (), 0.0, math.inf, -math.inf, False)
@@ -119,19 +139,21 @@ class FeedbackWatch:
         value, commands = heard.value, (*was.commands, command)[-_KEPT:]
         sound = heard.ok and math.isfinite(value)
         t_heard = heard.t_valid if sound else was.t_heard
+        reception = was.reception.after(t, t_heard > was.t_heard)
         if t - t_heard > limits.timeout:
             silent = was.fault is ActuatorFault.NONE and t_heard > -math.inf
             fault = ActuatorFault.SILENT if silent else was.fault
-            self._memory = _FRESH._replace(fault=fault, t_heard=t_heard, commands=commands)
+            self._memory = _FRESH._replace(fault=fault, t_heard=t_heard, commands=commands, reception=reception)
             return fault
         if not sound or t - t_heard > limits.latency:  # no news
             low, high = self._band(was, commands, math.nan)
-            self._memory = was._replace(t_heard=t_heard, low=low, high=high, commands=commands)
+            self._memory = was._replace(t_heard=t_heard, low=low, high=high, commands=commands, reception=reception)
             return was.fault
 
         low, high = self._band(was, commands, value, armed)
         reports = (*was.reports, value)[-_KEPT:]
         fault = ActuatorFault.NONE if was.fault is ActuatorFault.SILENT else was.fault
+        obeys = t - reception.t_lossy > _LOSSY_FOR
         if low - limits.tolerance <= value <= high + limits.tolerance:
             off = min(was.off, 0.0) - PERIOD
             least, greatest = min(was.least, value), max(was.greatest, value)
@@ -140,11 +162,12 @@ class FeedbackWatch:
                 fault = ActuatorFault.NONE
         else:
             off, least, greatest, quick = max(was.off, 0.0) + PERIOD, value, value, False
-            if off >= limits.time:
+            if off >= limits.time and obeys:
                 fault = self._named(fault, commands, reports, off)
-        if armed and fault in _MOVES and self._lags(commands, reports):
+        if armed and obeys and fault in _MOVES and self._lags(commands, reports):
             fault = ActuatorFault.LAGGING
-        self._memory = FeedbackMemory(fault, t_heard, low, high, commands, reports, off, least, greatest, quick)
+        seen = fault, t_heard, low, high, commands, reports
+        self._memory = FeedbackMemory(*seen, off, least, greatest, quick, reception)
         return fault
 
     def freeze(self) -> FeedbackMemory:

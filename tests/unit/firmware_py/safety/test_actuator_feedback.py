@@ -271,3 +271,36 @@ def test_a_watch_goes_on_from_the_memory_of_another() -> None:
     assert bench.run(3.0) == twin.run(3.0)
     assert bench.named == twin.named != []
     assert bench.watch.freeze() == twin.watch.freeze()
+
+
+class Deaf(Servo):
+    """A servo that hears one command of eight, by chance, once the bus loses half of all frames."""
+
+    def __init__(self, seed: int) -> None:
+        super().__init__()
+        self.random, self.lossy, self.last = np.random.default_rng(seed), False, 0.0
+
+    def step(self, told: float, dt: float) -> float:
+        if not self.lossy or self.random.random() < 0.125 * dt / 0.02:
+            self.last = told
+        return super().step(self.last, dt)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_fins_that_hear_few_commands_on_a_bus_that_loses_half_of_all_reports_are_not_at_fault(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    bench = Bench(told=lambda t: deg(8.0) * math.sin(1.5 * t), heard=lambda _i, t: round(t / 0.01) % 5 == 0)
+    bench.servos = [Deaf(10 * seed + i) for i in range(FINS)]
+    bench.run(5.0)
+    for servo in bench.servos:
+        servo.lossy = True
+    bench.heard = lambda _i, t: bool(round(t / 0.01) % 5 == 0 and random.random() < 0.5)
+    bench.run(60.0)
+    assert {fault for i in range(FINS) for _, fault in bench.fin(i)} <= {SILENT, NONE}
+    for servo in bench.servos:
+        servo.lossy = False
+    bench.heard = lambda _i, _t: True
+    bench.run(10.0)
+    bench.servos[0].goes_to = deg(-20.0)
+    bench.run(3.0)
+    assert bench.fin()[-1][1] is JAMMED
