@@ -15,6 +15,8 @@ _WEIGHT_SLACK = 0.02
 """Weight may differ from mass times gravity by this share of it."""
 _BUOYANCY_SLACK = 0.1
 """Buoyancy may differ from weight by this share of it: fins carry no more."""
+_UNWEIGHED = 0.005
+"""And from what the file says, as salt, payload and bubbles change it, 1 sigma."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,6 +163,11 @@ class Vehicle:
     def lift_ahead(self) -> float:
         """How fast buoyancy beyond weight speeds it up ahead, over sin(theta), m/s^2 (X of Eq. 1)."""
         return (self.body.buoyancy - self.body.weight) / self._surge_inertia
+
+    @property
+    def unweighed_ahead(self) -> float:
+        """What that is off by, 1 sigma, m/s^2."""
+        return _UNWEIGHED * self.body.weight / self._surge_inertia
 
     @property
     def _surge_inertia(self) -> float:

@@ -148,6 +148,7 @@ class ThrustWatch:
         u_n = self._advance * ping.n
         sway = filter_.sway(m.sway, m.water.u, ping.r, ping.rudder, dt)
         off = _PITCHED * abs(ping.q) + filter_.fin_drag(m.water.u, ping.rudder, ping.planes)
+        off = math.hypot(off, filter_.unweighed(ping.theta))
         surge = Surge(u_n * abs(u_n), filter_.braking(sway, ping.r), filter_.lift(ping.theta), dt, off)
         if not ping.judged:
             surge = surge._replace(off=off + _PUSHED + _VAGUE * filter_.k * abs(surge.thrust))

@@ -28,6 +28,8 @@ _DVL_STD = 0.02
 """Noise of a ping, m/s."""
 _KNOWN = 0.05
 """1 sigma of a speed that counts as known, as share of it."""
+_CLIMBS = 20.0
+"""Climbs and dives last for so long, s; 2 sigma of buoyancy count, for else sound fins would be called weak."""
 _TURN = 0.5
 """What braking in a turn is off by: so much of v r, for about a second."""
 
@@ -96,6 +98,7 @@ class WaterSpeedFilter:
         half = 0.5 * hull.density * hull.length**2
         inertia = body.mass - half * hull.length * c.X_udot
         self.k, self._lift = vehicle.surge_drag, vehicle.lift_ahead
+        self._unweighed = 2.0 * vehicle.unweighed_ahead * math.sqrt(2.0 * _CLIMBS)
         self._current_variance = (0.5 * current) ** 2
         self._turn = (body.mass + half * hull.length * c.X_vr) / inertia
         ((damping, turning, _), *_), (rudder, *_) = steering_model(vehicle, 1.0)
@@ -134,6 +137,10 @@ class WaterSpeedFilter:
     def lift(self, theta: float) -> float:
         """Return the acceleration that buoyancy beyond weight makes ahead at this pitch, rad, m/s^2."""
         return self._lift * math.sin(theta)
+
+    def unweighed(self, theta: float) -> float:
+        """Return what buoyancy may do beyond that, for about a second at a time, m/s^2."""
+        return self._unweighed * math.sin(theta)
 
     def fin_drag(self, u: float, rudder: float, planes: float) -> float:
         """Return the deceleration that fins make at these angles, rad, m/s^2."""
