@@ -139,6 +139,12 @@ class AttitudeCheck:
             return Heard(value, heard.t_valid, heard.fresh, heard.ok)
         return heard
 
+    @property
+    def held(self) -> Ahrs:
+        """Return angles, rad, and rates, rad/s, as the gyros have carried them on."""
+        m = self.memory
+        return Ahrs(m.phi, m.theta, m.psi, m.p, m.q, m.r)
+
     def _differs(self, t: float, psi: float, watch: SourceWatch) -> bool:
         """Accuse the AHRS if an angle is off; return whether it is the gyros that are not believed."""
         params, memory = self._params, self.memory

@@ -10,6 +10,9 @@ current that has changed after all. Two things tell them apart:
 - What goes off more slowly may be a current (`CURRENT`). The DVL is suspect for a minute, in which filter or hull's
   model carry the velocity; if it still tells the same then, it is believed, and its current is the new one.
 
+Where the hull's model alone tells what the speed through the water is, and may be off (`HullVelocity`), nobody is
+accused for as much, and no current learned from it.
+
 A u that is too low, and did not fall faster than drag brakes, is thrust that was lost, as often as not: nobody is
 accused, and after a minute that is the new current.
 """
@@ -50,6 +53,8 @@ _STEP = 1.0
 """What takes longer, s, drifts."""
 _BACK = 0.5
 """A DVL that is suspect agrees again below this part of the limit."""
+_SLOWLY = (SourceFault.NONE, SourceFault.CURRENT)
+"""So does a hull whose model is off by fins or buoyancy; the surface may stop it at once."""
 _NOISE = 4.0
 """What a ping may be off by, of its figure of merit."""
 _TURNED = math.radians(20.0)
@@ -163,19 +168,21 @@ class CurrentCheck:
         if abs(m.aside) < _PART * most_aside:
             m.t_aside, m.psi_aside = t, psi
         back = 1.0 if m.fault is SourceFault.NONE else _BACK
-        faster = self.hull.braked if self.hull is not None else 0.0  # if the fins are not there
-        if -back * most <= m.ahead <= back * most + faster and abs(m.aside) <= back * most_aside:
+        low, high, off = self.hull[-3:] if self.hull is not None and m.known < t else (0.0, 0.0, 0.0)
+        possible = -most - high <= m.ahead <= most + low and abs(m.aside) <= most_aside + off
+        if abs(m.ahead) <= back * most and abs(m.aside) <= back * most_aside:
             m.fault, m.excused = SourceFault.NONE, math.inf
             if believed:
                 self._follow(t, gap, off_n, off_e)
         elif m.fault is SourceFault.NONE:
-            if not -most <= m.ahead <= most + faster:
-                m.fault = self._ahead(heard, psi, abs(ahead) - _PART * most)
+            if abs(m.ahead) > most:
+                fault = self._ahead(heard, psi, abs(ahead) - _PART * most)
             else:
                 turned, since = wrap(psi - m.psi_aside), t - m.t_aside
-                m.fault = _gone(abs(aside) - _PART * most_aside, since, _SIDEWAYS * self._carries, turned)
-            m.accused = t
-            m.excused = math.inf if m.fault is not SourceFault.NONE else min(m.excused, t)
+                fault = _gone(abs(aside) - _PART * most_aside, since, _SIDEWAYS * self._carries, turned)
+            if not (possible and (fault in _SLOWLY or (off and m.ahead <= most))):
+                m.fault, m.accused = fault, t
+                m.excused = math.inf if fault is not SourceFault.NONE else min(m.excused, t)
         if t - (m.accused if m.fault is SourceFault.CURRENT else m.excused) >= _PROBATION:
             self._begin(t, witnesses[0], heard, c, s)
         return m.fault
@@ -218,7 +225,7 @@ class CurrentCheck:
         if hull is None or m.t - m.known > _HOLDS:
             return hull
         doubt = math.hypot(m.ahead, m.aside) if m.fault is SourceFault.CURRENT else 0.0
-        return HullVelocity(hull.u + m.off_u, hull.v + m.off_v, hull.current, doubt, hull.braked)
+        return HullVelocity(hull.u + m.off_u, hull.v + m.off_v, hull.current, doubt, *hull[-3:])
 
     def _begin(self, t: float, through: tuple[float, float], heard: Heard[Dvl], c: float, s: float) -> None:
         """Take the current that a ping tells for the one that is known; how strong eddies are stays."""

@@ -136,10 +136,10 @@ class SensorIntegrity:
         if not math.isnan(self._attitude.stepped_heading):
             self.correction = self.correction._replace(heading=self._attitude.stepped_heading)
             self._attitude.stepped_heading = math.nan
-        dt = heard.t_valid - before
-        if not (watch.memory.passed and 0.0 < dt <= _GAP):
+        dt = self._attitude.memory.t - before
+        if not 0.0 < dt <= _GAP:
             return
-        phi, theta, psi, p, q, r = out.value
+        phi, theta, psi, p, q, r = out.value if watch.memory.passed else self._attitude.held
         self._velocity.turn(p, q, r)
         self.model.hear_rate(r)
         s, c = math.sin(theta), math.cos(theta)
@@ -164,7 +164,7 @@ class SensorIntegrity:
             echo.hold()  # the altitude of an old ping tells nothing either
             return
         psi, theta = self._attitude.memory.psi, self._attitude.memory.theta
-        self._velocity.see(self.model.witness, t - self._attitude.memory.t <= _GAP)
+        self._velocity.see(self.model.velocity, t - self._attitude.memory.t <= _GAP)
         if self._velocity.check(heard, t, watch, self._vertical.depth, (psi, theta)):
             self._catch_up(heard, t)
             self.model.hear_ping(heard.value, t, psi, watch.believed)
@@ -274,14 +274,14 @@ class SensorIntegrity:
     def _ask_model(self, t: float, n: float, gone: bool, frame: SensorFrame, applied: Applied) -> None:
         """Let propeller and fins drive the models, and compare heading and DVL with them."""
         attitude, model = self._attitude.memory, self.model
-        self._velocity.step(0.1, n, attitude.theta, gone)
+        self._velocity.step(0.1, n, attitude.theta, gone, model.memory.motion.brakes)
         velocity = self._velocity.memory
         reported = all(fin.usable(t, 1.0) and math.isfinite(fin.value) for fin in frame.fins)
         fins = [fin.value for fin in frame.fins] if reported else list(applied.fins)
         steered = reported and velocity.holds and velocity.likely > _UNDER_WAY
-        deep = self._vertical.depth > self._params.surface
-        driven = n >= 0.0 and not gone and abs(attitude.theta) < _STEEP and abs(attitude.phi) < _ROLLED
-        model.step(0.1, n, attitude.theta, fins, steered, driven, deep)
+        upright = abs(attitude.theta) < _STEEP and abs(attitude.phi) < _ROLLED
+        driven = applied.armed and n >= 0.0 and not gone and upright
+        model.step(0.1, n, attitude.theta, fins, steered, driven, self._vertical.depth > self._params.surface)
         if model.heading_drifts:
             self._sources.ahrs.accuse(SourceFault.STEERING, t)
         if model.dvl_creeps:

@@ -20,10 +20,9 @@ that by is a current that changes, or a DVL that creeps.
 
 from __future__ import annotations
 
-import copy
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.integrity.motion_model import MotionMemory, MotionModel
@@ -60,6 +59,8 @@ _STD, _FIRST_STD, _FIRST_TIME = 0.05, 0.3, 5.0
 """1 sigma of the averaged current, m/s: in the end, and in the beginning, when it falls with the root of time (s)."""
 _CURRENT_TIME = 600.0
 _SLIP_TIME = 20.0
+_AFLOAT = 0.45
+"""What u and v are off by, m/s, with the bow out of the water or in a turn at the surface, and soon after."""
 _LEARNS = 60.0
 """For so long the current is only averaged, s."""
 
@@ -178,6 +179,7 @@ class ModelCheck:
         """Take note that the vehicle drifts with the water."""
         m = self.memory
         m.motion.u, m.motion.v, m.motion.r, m.unknown = 0.0, 0.0, 0.0, 0.0
+        m.motion.braked = m.motion.unweighed = m.motion.brakes = 0.0
 
     def step(
         self, dt: float, n: float, theta: float, fins: list[float], steered: bool, driven: bool, deep: bool
@@ -225,12 +227,10 @@ class ModelCheck:
             return None
         std = math.inf if m.pinged <= 0.0 else math.hypot(_STD, _FIRST_STD / math.sqrt(1.0 + m.pinged / _FIRST_TIME))
         v = m.motion.v if m.dived else 0.0  # at the surface rudders do half of what they should
-        return HullVelocity(m.motion.u, v, Current(m.north, m.east, std, m.t_ping), braked=m.motion.braked)
-
-    @property
-    def witness(self) -> HullVelocity | None:
-        """Return that where pings may be judged by it: the model is not that of a hull partly out of the water."""
-        return self.velocity if self.memory.dived >= _SETTLES else None
+        off = _AFLOAT if m.dived < _SETTLES else 0.0
+        high = m.motion.unweighed + off
+        current = Current(m.north, m.east, std, m.t_ping)
+        return HullVelocity(m.motion.u, v, current, 0.0, m.motion.braked + m.motion.unweighed, high, off)
 
     def _regression(self) -> tuple[float, float, float, float]:
         """Return the means of the measured rate and of the model's, rad/s, the gain, and what that is off by."""
@@ -288,13 +288,10 @@ class ModelCheck:
 
     def freeze(self) -> ModelCheckMemory:
         """Return the whole memory."""
-        memory = copy.copy(self.memory)
-        memory.motion = self._motion.freeze()
-        return memory
+        return replace(self.memory, motion=self._motion.freeze())
 
     def thaw(self, memory: ModelCheckMemory) -> None:
         """Restore the memory that `freeze` returned."""
         self._motion.thaw(memory.motion)
         self._motion.follow(SteeringCoefficients(*memory.steering))
-        self.memory = copy.copy(memory)
-        self.memory.motion = self._motion.memory
+        self.memory = replace(memory, motion=self._motion.memory)

@@ -23,12 +23,18 @@ _STATIONS = (-0.4, -0.2, 0.0, 0.2, 0.4)
 
 @dataclass(slots=True)
 class MotionMemory:
-    """Surge and sway through the water, m/s, rate of turn, rad/s, and how much slower the fins have made it, m/s."""
+    """Surge and sway through the water, m/s, rate of turn, rad/s.
+
+    `braked` is how much slower, m/s, the fins have made it, `unweighed` how much buoyancy that nobody knows may have
+    made it faster or slower; `brakes` is what turning and fins do to it now, m/s^2.
+    """
 
     u: float = 0.0
     v: float = 0.0
     r: float = 0.0
     braked: float = 0.0
+    unweighed: float = 0.0
+    brakes: float = 0.0
 
 
 class MotionModel:
@@ -49,7 +55,8 @@ class MotionModel:
         self._drag, self._turn = propeller.C_d0 / (surge * length), (mass + c.X_vr) / surge
         brakes = (c.X_vv / length, c.X_rr * length, c.X_drdr / length, c.X_dsds / length, c.X_rdr, c.X_vdr / length)
         self._brakes = tuple(x / surge for x in brakes)
-        self._lift, self._fins = vehicle.lift_ahead, vehicle.deflection_rows
+        self._lift, self._unweighed = vehicle.lift_ahead, vehicle.unweighed_ahead
+        self._fins = vehicle.deflection_rows
         self.memory = MotionMemory()
 
     def follow(self, steering: SteeringCoefficients) -> None:
@@ -81,11 +88,13 @@ class MotionModel:
         r_dot += self._by_force[1] * force + self._by_moment[1] * moment
         pull = self.speed(n)
         vv, rr, drdr, dsds, rdr, vdr = self._brakes
-        u_dot = self._drag * (pull * abs(pull) - m.u * abs(m.u)) + self._turn * v * r + vv * v * v + rr * r * r
+        u_dot = self._drag * (pull * abs(pull) - m.u * abs(m.u))
         fins = drdr * delta_r * delta_r + dsds * delta_s * delta_s
-        u_dot += u * (u * fins + (rdr * r + vdr * v) * delta_r)
-        m.braked -= dt * u * (u * fins + 2.0 * self._drag * m.braked)
-        m.u += dt * (u_dot + self._lift * math.sin(theta))
+        m.brakes = self._turn * v * r + vv * v * v + rr * r * r + u * (u * fins + (rdr * r + vdr * v) * delta_r)
+        fades = 2.0 * self._drag * u
+        m.braked -= dt * (u * u * fins + fades * m.braked)
+        m.unweighed += dt * (self._unweighed * abs(math.sin(theta)) - fades * m.unweighed)
+        m.u += dt * (u_dot + m.brakes + self._lift * math.sin(theta))
         m.v += dt * v_dot
         m.r += dt * r_dot
 

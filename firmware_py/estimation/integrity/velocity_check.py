@@ -72,7 +72,7 @@ class VelocityCheck:
         self._drag, self._lift = vehicle.surge_drag, vehicle.lift_ahead
         self.memory = VelocityCheckMemory()
 
-    def step(self, dt: float, n: float, theta: float, dropped: bool) -> None:
+    def step(self, dt: float, n: float, theta: float, dropped: bool, brakes: float = 0.0) -> None:
         """Let thrust, drag and buoyancy act for dt, s.
 
         Args:
@@ -80,9 +80,10 @@ class VelocityCheck:
             n: the propeller's speed, rev/s.
             theta: pitch, rad.
             dropped: whether the drop weight is gone.
+            brakes: what turning and fins do to the speed ahead, m/s^2.
         """
         memory = self.memory
-        pull, likely, lift = n * self._ratio, memory.likely, self._lift * math.sin(theta)
+        pull, likely, lift = n * self._ratio, memory.likely, self._lift * math.sin(theta) + brakes
         memory.holds = pull >= _DRIVEN and not dropped
         memory.likely = self._pulled(likely, pull, lift, dt)
         if memory.driven == memory.driven:

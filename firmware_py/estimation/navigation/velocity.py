@@ -71,15 +71,18 @@ class FilterVelocity(NamedTuple):
 class HullVelocity(NamedTuple):
     """Speed ahead and sway through the water by the vehicle file, m/s, and the current that pings have left.
 
-    `doubt` is what pings that are not believed say that the current has changed by, `braked` how much slower, m/s, the
-    drag of turned fins has made it, if they are there.
+    `doubt` is what pings that are not believed say that the current has changed by. `low` and `high` are what u may be
+    too low by, if turned fins are not there to brake it, and too high, `aside` what v may be off by, m/s: buoyancy may
+    be other than weighed, and the model is that of a hull under water.
     """
 
     u: float
     v: float
     current: Current
     doubt: float = 0.0
-    braked: float = 0.0
+    low: float = 0.0
+    high: float = 0.0
+    aside: float = 0.0
 
 
 class Motion(NamedTuple):

@@ -62,7 +62,7 @@ def fly(
         current = Current(NORTH, EAST, 0.004, t)
         told_by = FilterVelocity(t - T, known, EAST * c, 0.0, 0.004, current, (0, 0), turbulence)
         check.hear(None if lost(t) else told_by, t)
-        check.hull = HULL._replace(current=current, braked=braked(t))
+        check.hull = HULL._replace(current=current, low=braked(t))
         if not heard(t):
             continue
         now = check.judge(Heard(ping, t, True, True), psi, 0.0, fault is SourceFault.NONE)
@@ -170,5 +170,8 @@ def test_fins_at_their_stops_that_make_no_drag_are_no_current() -> None:
 
     assert fly(200.0, lie=faster, lost=lost)[0][1] is SourceFault.CURRENT
     assert fly(200.0, lie=faster, lost=lost, braked=lambda t: 1.1 * faster(t)) == []
+    turned = fly(200.0, lie=faster, lost=lost, braked=lambda t: 1.1 * faster(t) if t < 180.0 else 0.0)
+    assert turned[0][1] is not SourceFault.NONE  # what is excused is not learned
+    assert 180.0 <= turned[0][0] <= 185.0
     slower = fly(120.0, lie=lambda t: -0.1 * max(0.0, t - 90.0), lost=lost, braked=lambda _: 0.3)
     assert slower[0][1] is SourceFault.DRIFT  # drag that is there makes nothing slower than the model

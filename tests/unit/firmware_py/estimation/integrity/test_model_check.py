@@ -12,6 +12,7 @@ import pytest
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.integrity.model_check import ModelCheck
 from firmware_py.estimation.integrity.motion_model import MotionModel
+from firmware_py.estimation.integrity.velocity_check import VelocityCheck
 from firmware_py.records.sensing import Dvl
 from firmware_py.vehicle.vehicle import Vehicle
 
@@ -151,16 +152,15 @@ def test_a_dvl_that_is_not_believed_makes_no_current() -> None:
     assert check.velocity == known._replace(current=known.current._replace(t=50.0 + 0.2 * 199))
 
 
-def test_no_ping_is_judged_by_a_hull_that_is_at_the_surface_or_was_there_a_moment_ago() -> None:
+def test_a_hull_at_the_surface_and_soon_after_may_be_off_by_what_bow_and_rudder_lack_there() -> None:
     check, _, _ = swim(60.0)
-    assert check.witness == check.velocity is not None
-    for _ in range(50):
-        check.step(0.1, N, 0.0, [0.0] * 4, True, True, False)
-    assert check.velocity is not None  # navigation has nothing better
-    assert check.witness is None
-    seen = [check.witness for _ in range(200) if check.step(0.1, N, 0.0, [0.0] * 4, True, True, True) is None]
-    assert seen[:140] == [None] * 140
-    assert seen[-1] == check.velocity
+    assert check.velocity is not None
+    assert check.velocity[-3:] == pytest.approx((0.0, 0.0, 0.0), abs=0.01)
+    for k in range(400):
+        check.step(0.1, N, 0.0, [0.0] * 4, True, True, k >= 200)
+        near = k < 200 + 148  # 15 s after it dived
+        if abs(k - 348) > 3:
+            assert check.velocity[-3:] == pytest.approx((0.0, 0.45, 0.45) if near else (0.0,) * 3, abs=0.01)
 
 
 @pytest.mark.parametrize("angle", [23.0, -15.0])
@@ -175,3 +175,14 @@ def test_what_fins_have_braked_is_what_the_hull_would_be_faster_by_without_their
         if k in (100, 299, 600, 899):
             with_fins, without = hulls[0].memory, hulls[1].memory
             assert with_fins.braked == pytest.approx(without.u - with_fins.u, rel=0.25, abs=0.001)
+
+
+def test_without_pings_the_likely_speed_is_as_slow_in_turns_as_the_hull_is() -> None:
+    hull, check, plain = MotionModel(VEHICLE), *[VelocityCheck(IntegrityParams(), VEHICLE, 0.003) for _ in range(2)]
+    hull.memory.u = check.memory.likely = plain.memory.likely = U
+    for k in range(1200):
+        hull.step(0.1, N, 0.0, 0.0, math.copysign(20.0, math.sin(0.02 * k)) * DEG)
+        check.step(0.1, N, 0.0, False, hull.memory.brakes)
+        plain.step(0.1, N, 0.0, False)
+    assert check.memory.likely == pytest.approx(hull.memory.u, abs=0.02)
+    assert plain.memory.likely > hull.memory.u + 0.2

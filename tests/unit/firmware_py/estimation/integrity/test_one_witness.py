@@ -142,3 +142,14 @@ def eddies(strength: float, seed: int) -> Callable[[float, float], float]:
 def test_without_dvl_or_bottom_eddies_of_0_2_m_s_are_no_drift_of_the_pressure(seed: int) -> None:
     seen = list(voyage(120.0, {"pressure": eddies(0.2, seed)}, start=40.0, dive=LEVEL, change=bottomless))
     assert faults(seen, "pressure") == {F.NONE}
+
+
+def test_headings_that_are_thrown_away_leave_no_gaps_in_the_depth_that_pitch_and_dvl_carry() -> None:
+    def spikes(t: float, report: Ahrs) -> Ahrs:
+        return report._replace(psi=report.psi + 1.5) if round(t * 100) % 8 == 0 and t > 9.0 else report
+
+    seen = list(voyage(100.0, {"ahrs": spikes}, dive=(10.0, 95.0), start=1.5))
+    assert seen[-1].z > 20.0
+    assert faults(seen, "ahrs") == {F.NONE, F.OUTLIERS}
+    assert faults(seen, "pressure") == {F.NONE}
+    assert faults(seen, "dvl") == {F.NONE}
