@@ -265,11 +265,11 @@ LEFT = (50.0, 9.0, Mode.SURFACE, Cause.ATTITUDE_LOST)
 @pytest.mark.parametrize(
     ("title", "steps", "ended"),
     [
-        ("lossy:bus=30", [LEFT], "ATTITUDE_LOST"),
+        ("lossy:bus=10", [LEFT], "ATTITUDE_LOST"),
         ("off:dvl", [(50.0, 9.0, Mode.RETURN, Cause.BATTERY_SILENT)], "BATTERY_SILENT"),
         ("off:ahrs", [LEFT], ""),
-        ("lossy:bus=30", [], ""),
-        ("lossy:bus=30", [SAFE[1], (150.0, 0.2, Mode.DISARMED, Cause.SURFACED), (160.0, 2.0, *LEFT[2:])], ""),
+        ("lossy:bus=10", [], ""),
+        ("lossy:bus=10", [SAFE[1], (150.0, 0.2, Mode.DISARMED, Cause.SURFACED), (160.0, 2.0, *LEFT[2:])], ""),
     ],
 )
 def test_a_mission_that_a_rule_ends_without_cause_is_counted(title, steps, ended):
