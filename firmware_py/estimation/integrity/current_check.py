@@ -168,7 +168,8 @@ class CurrentCheck:
         if abs(m.aside) < _PART * most_aside:
             m.t_aside, m.psi_aside = t, psi
         back = 1.0 if m.fault is SourceFault.NONE else _BACK
-        low, high, off = self.hull[-3:] if self.hull is not None and m.known < t else (0.0, 0.0, 0.0)
+        alone = self.hull if m.known < t else None
+        low, high, off = (alone.low, alone.high, alone.aside) if alone is not None else (0.0, 0.0, 0.0)
         possible = -most - high <= m.ahead <= most + low and abs(m.aside) <= most_aside + off
         if abs(m.ahead) <= back * most and abs(m.aside) <= back * most_aside:
             m.fault, m.excused = SourceFault.NONE, math.inf
@@ -225,7 +226,7 @@ class CurrentCheck:
         if hull is None or m.t - m.known > _HOLDS:
             return hull
         doubt = math.hypot(m.ahead, m.aside) if m.fault is SourceFault.CURRENT else 0.0
-        return HullVelocity(hull.u + m.off_u, hull.v + m.off_v, hull.current, doubt, *hull[-3:])
+        return hull._replace(u=hull.u + m.off_u, v=hull.v + m.off_v, doubt=doubt)
 
     def _begin(self, t: float, through: tuple[float, float], heard: Heard[Dvl], c: float, s: float) -> None:
         """Take the current that a ping tells for the one that is known; how strong eddies are stays."""

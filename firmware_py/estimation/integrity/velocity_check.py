@@ -72,7 +72,7 @@ class VelocityCheck:
         self._drag, self._lift = vehicle.surge_drag, vehicle.lift_ahead
         self.memory = VelocityCheckMemory()
 
-    def step(self, dt: float, n: float, theta: float, dropped: bool, brakes: float = 0.0) -> None:
+    def step(self, dt: float, n: float, theta: float, dropped: bool, brakes: float) -> None:
         """Let thrust, drag and buoyancy act for dt, s.
 
         Args:

@@ -75,9 +75,9 @@ class Reception(NamedTuple):
     came: float = 0.0
     t_lossy: float = -math.inf
 
-    def after(self, t: float, came: bool) -> Reception:
-        """Return it after one more period, at t, s."""
-        comes = self.comes + (came - self.comes) * (PERIOD / _LOSSY_TIME)
+    def after(self, t: float, heard: bool) -> Reception:
+        """Return it after one more period, at t, s, in which a report was heard or not."""
+        comes = self.comes + (heard - self.comes) * (PERIOD / _LOSSY_TIME)
         most = max(self.came, comes)
         return Reception(comes, most, t if comes < _LOSSY * most else self.t_lossy)
 

@@ -35,7 +35,7 @@ _CRUISE = 1.8
 _DEPTH_MIN, _SPEED_MIN = 2.5, 0.8
 """Near the surface (m), where fins may be out of the water, and slower (m/s), the model does not hold."""
 _BRAKES = 0.6
-"""A propeller that turns, for less than this share of the speed, is being stopped or turned round: its race, which fins
+"""A propeller that turns for less than this share of the speed is being stopped or turned round: its race, which fins
 and hull feel, changes faster than the model says."""
 _NOTHING = 0.201
 """Fins that do no more than this share of what vehicle.toml says make no force; adoption holds values at 0.2."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,7 +20,8 @@ def test_in_a_dive_a_hull_that_is_a_hundredth_lighter_or_heavier_is_no_other_cur
     lighter: float, current: float
 ) -> None:
     random, water = np.random.default_rng(1), WaterSpeedFilter(VEHICLE, 0.5, 0.1)
-    ahead = lighter * VEHICLE.unweighed_ahead / 0.005
+    buoyancy = (1.0 + lighter) * VEHICLE.body.weight
+    ahead = replace(VEHICLE, body=replace(VEHICLE.body, buoyancy=buoyancy)).lift_ahead
     u, x = 1.8, None
     for k in range(round(140.0 / DT)):
         theta = math.radians(-13.0) if k * DT > 80.0 else 0.0

@@ -38,6 +38,7 @@ def fly(
     lost: Callable[[float], bool] = lambda _: False,
     heard: Callable[[float], bool] = lambda _: True,
     braked: Callable[[float], float] = still,
+    afloat: float = 0.0,
     turbulence: float = 0.0,
     check: CurrentCheck | None = None,
 ) -> Told:
@@ -45,7 +46,8 @@ def fly(
 
     `water` is added to the current to the north and moves the hull by its drag, `stirred` moves it at once; `lie` and
     `sideways` are added to u and v of the pings. The filter does not know the speed that the propeller drives for,
-    `thrust`, and is off by `filter_off`; the hull's model is `braked` by its fins.
+    `thrust`, and is off by `filter_off`; the hull's model is `braked` by its fins, and off
+    by as much as `afloat` where the bow is out of the water.
     """
     check, noise, told = check or CurrentCheck(WALK, VEHICLE), np.random.default_rng(1), []
     through, fault = 1.8, SourceFault.NONE
@@ -62,7 +64,7 @@ def fly(
         current = Current(NORTH, EAST, 0.004, t)
         told_by = FilterVelocity(t - T, known, EAST * c, 0.0, 0.004, current, (0, 0), turbulence)
         check.hear(None if lost(t) else told_by, t)
-        check.hull = HULL._replace(current=current, low=braked(t))
+        check.hull = HULL._replace(current=current, low=braked(t), high=afloat, aside=afloat)
         if not heard(t):
             continue
         now = check.judge(Heard(ping, t, True, True), psi, 0.0, fault is SourceFault.NONE)
@@ -175,3 +177,9 @@ def test_fins_at_their_stops_that_make_no_drag_are_no_current() -> None:
     assert 180.0 <= turned[0][0] <= 185.0
     slower = fly(120.0, lie=lambda t: -0.1 * max(0.0, t - 90.0), lost=lost, braked=lambda _: 0.3)
     assert slower[0][1] is SourceFault.DRIFT  # drag that is there makes nothing slower than the model
+
+
+@pytest.mark.parametrize(("step", "fault"), [(0.5, SourceFault.STEP), (-0.3, None), (-0.8, SourceFault.DRIFT)])
+def test_at_the_surface_water_may_stop_a_hull_at_once_and_not_push_it(step: float, fault: SourceFault | None) -> None:
+    told = fly(120.0, lie=lambda t: step if t >= 95.0 else 0.0, lost=lambda t: t > 91.0, afloat=0.45)
+    assert [what for _, what in told] == ([fault] if fault else [])

@@ -183,6 +183,6 @@ def test_without_pings_the_likely_speed_is_as_slow_in_turns_as_the_hull_is() -> 
     for k in range(1200):
         hull.step(0.1, N, 0.0, 0.0, math.copysign(20.0, math.sin(0.02 * k)) * DEG)
         check.step(0.1, N, 0.0, False, hull.memory.brakes)
-        plain.step(0.1, N, 0.0, False)
+        plain.step(0.1, N, 0.0, False, 0.0)
     assert check.memory.likely == pytest.approx(hull.memory.u, abs=0.02)
     assert plain.memory.likely > hull.memory.u + 0.2
