@@ -156,7 +156,7 @@ class ActuatorWatch:
     def _judged(self, frame: SensorFrame) -> ActuatorHealth:
         """Return the health: what reports show comes first; what moves and has no effect is lost, or weak.
 
-        Where a fin reports nothing, the loss of its axis is its own fault: one beside it that reports, and obeys, is
+        Where a fin reports nothing, what its axis lacks is its own fault: one beside it that reports, and obeys, is
         not called faulty. But nobody knows what it does, so no more is left of it than of the axis.
         """
         *fins, propeller = [watch.fault for watch in self._feedback]
@@ -166,10 +166,9 @@ class ActuatorWatch:
             acts = self._hull.fault(i)
             if fault in _UNSEEN and self._hull.stuck(i) == self._hull.stuck(i):
                 fins[i] = ActuatorFault.JAMMED
-            elif fault in _UNSEEN and acts is not ActuatorFault.NONE:
-                lost = acts is ActuatorFault.LOST
-                if not (lost and watch.reports and self._beside_silent(i)):
-                    fins[i] = ActuatorFault.JAMMED if lost and not watch.reports else acts
+            elif fault in _UNSEEN and acts is not ActuatorFault.NONE and not (watch.reports and self._beside_silent(i)):
+                stays = acts is ActuatorFault.LOST and not watch.reports
+                fins[i] = ActuatorFault.JAMMED if stays else acts
         left = tuple([self._left(i, fault, frame) for i, fault in enumerate(fins)])
         return ActuatorHealth(tuple(fins), propeller, self._drop_weight.state, left)
 
@@ -187,7 +186,7 @@ class ActuatorWatch:
         stuck = self._hull.stuck(i)
         if stuck == stuck and fault is ActuatorFault.JAMMED:
             return FinHealth(1.0, stuck, FinEvidence.MOTION)
-        unnamed = fault is ActuatorFault.NONE and self._hull.fault(i) is ActuatorFault.LOST
+        unnamed = fault is ActuatorFault.NONE and self._hull.fault(i) is not ActuatorFault.NONE
         if unnamed or fault in (ActuatorFault.LOST, ActuatorFault.WEAK, ActuatorFault.JAMMED):
             return FinHealth(self._hull.left(i), source=FinEvidence.MOTION)
         return SOUND_FIN

@@ -188,7 +188,7 @@ class AxisWatch:
             damping: of the rate, 1/s, negative.
             hull: known angular acceleration but for the fins', rad/s^2.
             fins: angular acceleration that the fins should make, rad/s^2.
-            over: share of their travel at which the fins are, the least of them.
+            over: share of what all fins could make at the ends of their travel.
             swift: how fast the vehicle is, of cruise: so much more do eddies turn it.
             steady: whether the water is; while it changes nothing is laid to the fins.
             heals: whether `fins` is what they should make, and not the least of it, so that a fault may be over.

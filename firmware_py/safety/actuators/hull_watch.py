@@ -35,7 +35,7 @@ _CRUISE = 1.8
 _DEPTH_MIN, _SPEED_MIN = 2.5, 0.8
 """Near the surface (m), where fins may be out of the water, and slower (m/s), the model does not hold."""
 _BRAKES = 0.6
-"""A propeller that turns for less than this share of the speed is being stopped or turned round: its race, which fins
+"""A propeller that turns for less than this share of the speed is slowed, stopped or turned round: its race, which fins
 and hull feel, changes faster than the model says."""
 _NOTHING = 0.201
 """Fins that do no more than this share of what vehicle.toml says make no force; adoption holds values at 0.2."""
@@ -202,7 +202,9 @@ class HullWatch:
             stuck.forget()
         n = frame.n.value if frame.n.usable(t, self._params.timeout) else applied.n
         before, self._speeds[axis] = self._speeds[axis], math.nan
-        u = least_speed(self._advance * n, before, state, water)
+        driven = self._advance * n
+        u = least_speed(driven, before, state, water)
+        fast = max(u, water[0].u) if water else u
         across, steady = current_across(state, water) if axis else (0.0, True)
         if axis and self._flow.jumped(across):
             self._axes[axis].pause()
@@ -211,7 +213,7 @@ class HullWatch:
             and known
             and steady
             and applied.armed
-            and (n == 0.0 or self._advance * n > _BRAKES * u)
+            and (n == 0.0 or driven > _BRAKES * fast)
             and u > _SPEED_MIN
             and state.depth_ok
             and state.eta.z > _DEPTH_MIN
@@ -256,7 +258,8 @@ class HullWatch:
         watch, left, stuck, model = self._axes[axis], self._left[axis], self._stuck[axis], self._models[axis]
         acting, units = self._fins[axis], [model.control * self._shares[axis][i] for i in self._fins[axis]]
         angles = sum([unit * angle for unit, angle in zip(units, told, strict=True)])
-        over = min([abs(angle) / self._travel[i] for i, angle in zip(acting, told, strict=True)], default=math.inf)
+        most = sum([abs(unit) * self._travel[i] for i, unit in zip(acting, units, strict=True)])
+        over = abs(angles) / most if most else math.inf  # fins that oppose each other hold against nothing
         share = damped_share(u * model.damping, PERIOD)  # 0.98 for a hull of 5.3 m, 0.87 for one of 1.1 m
         damping, force = share * u * model.damping, share * u * u
         restoring = model.restoring * math.sin(state.eta.theta)

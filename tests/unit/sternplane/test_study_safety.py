@@ -243,6 +243,11 @@ def test_what_a_fault_strikes_is_known_by_the_names_of_the_events(faults, names)
         ("drift:ahrs.pitch=0.5", [said(30.0, SUSPECT, SourceFault.UNDECIDED, "dvl")], ["dvl"]),
         ("drift:ahrs.pitch=0.5", [both_doubted(30.0, "dvl", "pressure")], ["dvl", "pressure"]),
         (
+            "late:altimeter=3",
+            [both_doubted(30.0, "dvl", "altitude"), said(30.1, SUSPECT, SourceFault.CONTRADICTED, "altitude")],
+            [],
+        ),
+        (
             "drift:ahrs.pitch=0.5",
             [
                 said(30.0, SUSPECT, SourceFault.DRIFT, "ahrs"),

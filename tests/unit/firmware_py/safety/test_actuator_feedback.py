@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from firmware_py.records.health import ActuatorFault, sound
+from firmware_py.safety.actuators.share_watch import SHARES
 from tests.unit.firmware_py.safety.actuator_bench import FINS, Bench, Servo, still, sweep
 
 NONE, SILENT, JAMMED = ActuatorFault.NONE, ActuatorFault.SILENT, ActuatorFault.JAMMED
@@ -168,6 +169,21 @@ def test_a_jammed_fin_that_falls_silent_is_still_jammed() -> None:
     bench.heard = lambda i, _t: i != 0
     bench.run(5.0)
     assert [fault for _, fault in bench.fin()] == [JAMMED]
+
+
+@pytest.mark.parametrize("left", [0.5, 0.0])
+def test_what_an_axis_lacks_is_laid_to_the_fin_that_reports_nothing(left: float) -> None:
+    """A plane jammed without a report; its sound fellow, which reported and obeyed, was called weak as well."""
+    bench = Bench()
+    bench.run(2.0)
+    memory = bench.watch.freeze()
+    share = memory.hull.left[0]._replace(left=SHARES.index(left))
+    bench.watch.thaw(memory._replace(hull=memory.hull._replace(left=(share, *memory.hull.left[1:]))))
+    bench.heard = lambda i, _t: i != 0
+    fault, *others = bench.run(2.0).fins
+    assert fault is (ActuatorFault.WEAK if left else JAMMED)
+    assert others == [NONE] * 3
+    assert [health.effect for health in bench.health.left] == [left, left, 1.0, 1.0]  # nobody knows of which of them
 
 
 def test_a_fin_that_comes_free_is_good_again_and_one_whose_command_comes_by_is_not() -> None:

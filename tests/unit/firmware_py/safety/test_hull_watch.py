@@ -64,10 +64,12 @@ class Yawing:
     It makes the speed `u`, and hears a DVL if that is `SPEED` and not `deaf`; gyros that are `late` tell of the tick
     before, and while it is `lost` the AHRS is called so; the pilot moves the rudder to and fro in `period`, s; the
     propeller makes `n`, rev/s; `step` is what is added to the current across the hull, m/s. The upper rudder reports
-    nothing if it is `mute`, and is at `stays`, rad, if that is a number. `changed` is when the watch told of a change.
+    nothing if it is `mute`, and is at `stays`, rad, if that is a number; the lower one is at `against`, rad, and says
+    so. Something else turns the hull by `push`, rad/s^2. `changed` is when the watch told of a change.
     """
 
-    deaf, late, lost, mute, period, n, stays = False, False, False, False, 9.0, 500.0 / 60.0, math.nan
+    deaf, late, lost, mute, period, n = False, False, False, False, 9.0, 500.0 / 60.0
+    stays, against, push = math.nan, math.nan, 0.0
 
     def __init__(self, effect: float, adopted: Adopted | None, u: float = U, vehicle: Vehicle = VEHICLE) -> None:
         self.u, self.current = u, 0.0
@@ -81,16 +83,17 @@ class Yawing:
         for _ in range(round(seconds / dt)):
             t = self.k * dt
             rudder = self.rudder(t)
-            acts = self.effect * (rudder if math.isnan(self.stays) else 0.5 * (rudder + self.stays))
+            lower = rudder if math.isnan(self.against) else self.against
+            acts = self.effect * 0.5 * (lower + (rudder if math.isnan(self.stays) else self.stays))
             a, b, c = self.axis.sway
             u, water = self.u, ()
             before = self.r
             self.v += dt * u * (a * self.v + b * self.r + u * c * acts)
-            self.r += dt * (u * damping * self.r + u * cross * self.v + u * u * self.axis.control * acts)
+            self.r += dt * (u * damping * self.r + u * cross * self.v + u * u * self.axis.control * acts + self.push)
             rate = before if self.late else self.r
             gyro = Ahrs(0.0, 0.0, 0.0, 0.0, 0.0, rate + GYRO_STD * self.random.standard_normal())
             upper = Heard(0.0, -math.inf, False, False) if self.mute else Heard(rudder, t, True, True)
-            angles = (*[Heard(0.0, t, True, True)] * 2, upper, Heard(rudder, t, True, True))
+            angles = (*[Heard(0.0, t, True, True)] * 2, upper, Heard(lower, t, True, True))
             frame = dataclasses.replace(silence(4), ahrs=Heard(gyro, t, True, True), fins=angles)
             over_ground = self.v + self.current
             if u == SPEED and not self.deaf:
@@ -231,6 +234,32 @@ def test_rudders_are_not_judged_in_the_race_of_a_propeller_that_goes_astern() ->
     assert hull.run(60.0) is NONE
     hull.effect, hull.n = 0.0, -700.0 / 60.0
     assert hull.run(8.0) is NONE
+
+
+@pytest.mark.parametrize("share", [0.5, 0.55])
+def test_nor_while_it_is_slowed_to_half_of_what_the_hull_still_makes(share: float) -> None:
+    """The speed that it makes in the end fell and rose again while the hull's did not: sound fins were called weak."""
+    hull, slow = Yawing(1.0, knowing(1.0), SPEED), 5.0
+    hull.period = 3.0
+    assert hull.run(60.0) is NONE
+    cruise, begun = hull.n, hull.k * DT_NS * 1e-9
+    hull.rudder = lambda t: 0.3 * min(1.0, 0.3 + 0.7 * (t - begun) / slow)  # type: ignore[method-assign]
+    for k in range(100):
+        hull.n = cruise * (1.0 - (1.0 - share) * min(k, 100 - k) / 50.0)
+        if k == 50:
+            hull.rudder = lambda _t: 0.3 * min(1.0, 1.3 - hull.n / cruise)  # type: ignore[method-assign]
+        assert hull.run(0.1) is NONE
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_rudders_that_cancel_each_other_hold_against_nothing(side: float) -> None:
+    """One was jammed hard over, the other held against it, and was called lost when the vehicle turned in a current."""
+    hull = Yawing(1.0, knowing(1.0), SPEED)
+    hull.push, hull.current = side * 0.002, side * 0.2
+    assert hull.run(60.0) is NONE
+    hull.against = 0.4 + side * 0.0005
+    hull.rudder = lambda _t: -0.4  # type: ignore[method-assign]
+    assert hull.run(60.0) is NONE
 
 
 def test_memory_holds_what_fins_are_judged_by() -> None:

@@ -30,8 +30,9 @@ def accused(trial: Trial, onset: int, found: Mapping[str, Any]) -> tuple[tuple[s
             return duplicated and name in ours
         if name in ours or any(one.covers(name, kind) for one in trial.allowed):
             return True
-        last = {other: word for at, other, word in found["said"] if at <= t + _TOGETHER and other in ours}
-        return kind == _UNDECIDED and _UNDECIDED in last.values()
+        last = {other: word for at, other, word in found["said"] if at <= t and other in ours}
+        beside = [word for at, other, word in found["said"] if abs(at - t) <= _TOGETHER and other in ours]
+        return kind == _UNDECIDED and _UNDECIDED in (*last.values(), *beside)
 
     return tuple(dict.fromkeys((name, kind) for t, name, kind in found["said"] if not fair(t, name, kind)))
 
