@@ -42,7 +42,7 @@ _HISTORY, _STEP = 10, 1.0
 """Entries of the history, and their interval, s."""
 _CLEAR, _MOVED = 0.5, 2.0
 """The bottom of a sound sensor stays, to this share of the other's and of the depth, while that changes by so many
-thresholds."""
+thresholds; that of the other one has changed by more than this share of a threshold."""
 _AWAY = 2.0
 """Leaps away by so many steps are no rough bottom."""
 _FOLLOWS = 0.2
@@ -178,13 +178,13 @@ class AltitudeCheck:
         if size:
             then, before = echo.history[-size]
             own, its = abs(echo.now - then), abs(witness.now - witness.history[-size][0])
-            moved = abs(carried - before)
+            moved, parted = abs(carried - before), _CLEAR * self._params.altitude
             if moved > _MOVED * self._params.altitude:
-                if own < _CLEAR * min(its, moved):
+                if own < _CLEAR * min(its, moved) and its > parted:
                     other.accuse(SourceFault.CONTRADICTED, t)
                     watch.acquit()
                     return True
-                if its < _CLEAR * min(own, moved):
+                if its < _CLEAR * min(own, moved) and own > parted:
                     watch.accuse(SourceFault.CONTRADICTED, t)
                     other.acquit()
                     return False

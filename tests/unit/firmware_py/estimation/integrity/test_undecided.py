@@ -203,6 +203,17 @@ def test_of_two_altitudes_the_one_that_stays_while_the_vehicle_dives_is_suspect(
     assert (which, F.CONTRADICTED) in {(name, health.fault) for _, name, health in changes}
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_two_altitudes_that_parted_long_ago_are_not_told_apart_by_their_noise(seed: int) -> None:
+    """An altimeter 3 s late was 0.5 m off throughout a dive; a sound DVL whose bottom moved by 8 cm was to blame."""
+    parted = {
+        "altitude": after(5.0, lambda age, a: a + 0.46 * min(age / 30.0, 1.0)),
+        "dvl": after(35.0, lambda age, v: v._replace(altitude=v.altitude - 0.01 * age)),
+    }
+    seen = list(voyage(60.0, parted, dive=(20.0, 50.0), seed=seed))
+    assert {fault for _, fault in suspects(seen)} == {F.UNDECIDED}
+
+
 @pytest.mark.parametrize("stuck", ["altitude", "dvl"])
 @pytest.mark.parametrize("rises", [0.2, 0.5])
 def test_over_a_rising_bottom_a_dive_acquits_no_altitude_that_is_stuck(stuck: str, rises: float) -> None:
