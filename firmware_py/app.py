@@ -76,8 +76,8 @@ def build(configuration: Configuration) -> Autopilot:
         restored = restored_of(passport)
         parts.estimator.restore(restored)
         parts.adoption.begin(restored.model)
-    mode = KeptMode(Mode(int(kept.pop("mode", Mode.DISARMED))), kept.pop("mode_ago", 0.0))
-    parts.supervisor.resume(bool(kept.pop("weight_gone", 0.0)), mode)
+    mode = Mode(int(kept.pop("mode", Mode.DISARMED))), kept.pop("mode_ago", 0.0), kept.pop("mode_depth", 0.0)
+    parts.supervisor.resume(bool(kept.pop("weight_gone", 0.0)), KeptMode(*mode))
     if kept:
         parts.estimator.resume(KeptNavigation(**kept))
     return Autopilot(parts, allocator, abilities, factory)

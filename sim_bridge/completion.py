@@ -11,8 +11,8 @@ from firmware_py.records.event_text import sentences
 from firmware_py.records.order import Mode
 from sim_bridge.scenarios import Completes
 
-_SURFACE = 1.0
-"""Less deep than this, m, a vehicle has come up."""
+_SURFACE, _SUNK = 1.0, 2.0
+"""Less deep than the first, m, a vehicle has come up; deeper than the second, it has sunk again."""
 
 
 class Completion:
@@ -49,13 +49,13 @@ class Completion:
         if self._aborted:
             return False
         if self._completes is Completes.SURFACED:
-            return self.done
+            return self.done and not self._sank
         return self._mode not in (Mode.DISARMED, Mode.SURFACE)
 
     @property
     def surfaced(self) -> bool:
         """True if a rule ended what was meant, and the vehicle has come up and lies disarmed at the surface."""
-        return bool(self._aborted) and self._up
+        return bool(self._aborted) and self._up and not self._sank
 
     @property
     def judged_by(self) -> str:
@@ -65,6 +65,9 @@ class Completion:
     @property
     def reason(self) -> str:
         """Why it is not completed, as the vehicle said it."""
+        if self._sank:
+            why = f" because of a rule: {self._aborted}" if self._aborted else ""
+            return f"it had surfaced{why}, and sank again: it ends disarmed, {self._depth():.1f} m deep in truth"
         if self.surfaced:
             told = ", the release of its drop weight commanded," if self._commanded else ""
             without = ", without its drop weight," if self._dropped else told
@@ -78,6 +81,15 @@ class Completion:
         if self._completes is Completes.SURFACED:
             return "it had not surfaced when the time was over"
         return "it was no longer flying when the time was over"
+
+    @property
+    def _sank(self) -> bool:
+        """Return whether it came up, disarmed itself, and is deep again by the truth."""
+        return self._up and self._mode is Mode.DISARMED and self._depth() > _SUNK
+
+    def _depth(self) -> float:
+        """Return the true depth, m; NaN where it is out of reach."""
+        return math.nan if self._true_depth is None else self._true_depth()
 
     @property
     def _where_it_is(self) -> str:
@@ -96,7 +108,8 @@ class Completion:
             if refusals := [event for event in cycle.events if event.kind is EventKind.ARMING_REFUSED]:
                 self._refused = sentences(refusals)[-1].text
         if mode is before:
-            self.done = self.done or (self._t_up < math.inf and cycle.tick.t - self._t_up >= self._watch)
+            watched = self._t_up < math.inf and cycle.tick.t - self._t_up >= self._watch
+            self.done = self.done or (watched and not self._sank)
             return
         self._mode, self._up, self._t_up = mode, False, math.inf
         self._commanded = self._commanded or cycle.mode.drop

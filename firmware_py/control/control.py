@@ -258,6 +258,8 @@ class Control:
         n = self._speed.update(reference.u_d if drives else 0.0, u, state.velocity_ok, dt)
         if mode.ascent is AscentStage.REVERSE:
             n = -min(self._params.ascent.n_reverse, self._n_max)
+        elif mode.ascent is AscentStage.FULL:
+            n = self._n_max
         if not state.attitude_ok or state.sensors.ahrs.tilt_doubted:
             delta_s = self._pitch.update_blind(mode.pitch, state, reference.u_d, dt) if drives else 0.0
         else:

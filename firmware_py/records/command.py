@@ -27,6 +27,8 @@ class AscentStage(enum.IntEnum):
     """The propeller rests; what buoyancy there is brings the vehicle up."""
     WAITING = 6
     """Near the surface, as far as is known, but nothing tells of it: slowly on, and saying so."""
+    FULL = 7
+    """It sinks with its bow up, heavier than the water that it displaces: the laws climb, with full power."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -130,7 +130,10 @@ def _cause(event: Event, skip: int = 0) -> str:
         return f"switched off, so that it is not brought up: {', '.join(event.names)}"
     if cause is Cause.RESTARTED:
         mode = Mode(int(numbers[1])).name
-        return f"started again {numbers[0]:.1f} m under water, {numbers[2]:.0f} s after its program ended in {mode}"
+        where = "where the depth is not known" if math.isnan(numbers[0]) else f"{numbers[0]:.1f} m under water"
+        return f"started again {where}, {numbers[2]:.0f} s after its program ended in {mode}"
+    if cause is Cause.SUNK and math.isnan(numbers[0]):
+        return "sunk again, as the bottom that comes nearer says, after it had surfaced"
     if cause is Cause.STARTED_UNDER_WATER:
         where = "where the depth is not known" if math.isnan(numbers[0]) else f"{numbers[0]:.1f} m under water"
         return f"started {where}; arm it in SURFACE to bring it up"

@@ -46,6 +46,7 @@ _STAGES: Mapping[AscentStage, str] = {
     AscentStage.REVERSE: "propeller astern",
     AscentStage.STOPPED: "propeller stopped",
     AscentStage.WAITING: "slowly, until something tells of the surface",
+    AscentStage.FULL: "under full power",
 }
 _ORDINALS = ("first", "second", "third", "fourth")
 

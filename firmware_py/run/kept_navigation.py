@@ -19,6 +19,7 @@ from firmware_py.adapters.storage.regular_file import read_regular
 from firmware_py.error_text import quoted
 from firmware_py.estimation.navigation.navigation import KeptNavigation
 from firmware_py.json_text import json_text
+from firmware_py.marine import clip
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.health import WeightState
 from firmware_py.records.order import Mode
@@ -36,6 +37,8 @@ BOUNDS = {"x": (-1e7, 1e7), "y": (-1e7, 1e7), "position_std": (1e-6, 1e7), "surf
 _TIMES = {**TIMES, "speed": (0.0, 100.0), "age_s": (0.0, 1e6)}
 _MODE, _MODES = {"mode_ago_s": (0.0, 1e11)}, {mode.name.lower(): mode for mode in Mode}
 """Bounds of what says when it was saved, and how fast the vehicle was."""
+_DEPTH = {"mode_depth_m": (-1e5, 1e5)}
+"""Files of earlier versions have none."""
 _BOOT = "boot"
 
 
@@ -62,11 +65,11 @@ def load_navigation(folder: Path) -> dict[str, Any]:
     except (OSError, ValueError, RecursionError) as error:
         raise UsageError(f"--state: {path} cannot be read ({error})") from None
     timed = {*BOUNDS, *_TIMES, _BOOT}
-    if not isinstance(found, Mapping) or set(found) not in (set(BOUNDS), timed, {*timed, *_MODE, "mode"}):
+    moded = {*timed, *_MODE, "mode"}
+    if not isinstance(found, Mapping) or set(found) not in (set(BOUNDS), timed, moded, {*moded, *_DEPTH}):
         raise UsageError(f"--state: {path} must hold a number for each of {', '.join(BOUNDS)}")
-    bounds = {**BOUNDS, **(_TIMES if _BOOT in found else {}), **(_MODE if "mode" in found else {})}
-    for name, (low, high) in bounds.items():
-        if not (isinstance(found[name], float) and low <= found[name] <= high):
+    for name, (low, high) in {**BOUNDS, **_TIMES, **_MODE, **_DEPTH}.items():
+        if name in found and not (isinstance(found[name], float) and low <= found[name] <= high):
             raise UsageError(
                 f"--state: {path}: {name} = {quoted(found[name])}: must be a number in [{low:g}, {high:g}]"
             )
@@ -105,7 +108,8 @@ def resume(found: Mapping[str, Any], params: StateParams, now: Moment) -> Resume
     ago = gap + found["mode_ago_s"]
     if not ago <= params.armed_time:
         return Resumed(kept, f"{said}; it was armed then, in {mode}; too long ago for it to come up by itself")
-    return Resumed({**kept, "mode": float(_MODES[mode]), "mode_ago": ago}, f"{said}; it was armed then, in {mode}")
+    kept |= {"mode": float(_MODES[mode]), "mode_ago": ago, "mode_depth": found.get("mode_depth_m", 0.0)}
+    return Resumed(kept, f"{said}; it was armed then, in {mode}")
 
 
 def encode(kept: KeptNavigation, speed: float, age: float, now: Moment, mode: KeptMode = NOT_ARMED) -> bytes:
@@ -121,7 +125,7 @@ def encode(kept: KeptNavigation, speed: float, age: float, now: Moment, mode: Ke
     Raises:
         ValueError: a number is not finite.
     """
-    ended = {"mode": mode.mode.name.lower(), "mode_ago_s": mode.ago}
+    ended = {"mode": mode.mode.name.lower(), "mode_ago_s": mode.ago, "mode_depth_m": clip(mode.depth, -1e5, 1e5)}
     document = {**kept._asdict(), "speed": speed, "age_s": age, **now._asdict(), **ended}
     return json_text(document).encode()
 

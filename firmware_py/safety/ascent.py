@@ -1,8 +1,9 @@
 """Coming up: the stages of SURFACE, judged by whether the vehicle climbs.
 
 Powered, it pitches up and drives. If that leads down, or far from the desired pitch, the propeller goes astern until
-the way is off, with the planes still opposing; then it rests, and the drop weight is released. Whatever the stages do,
-a clock over the whole of SURFACE releases it too. Pure: memory in, memory out.
+the way is off, with the planes still opposing; then it rests, and the drop weight is released. A vehicle that sinks
+with its bow up is heavy, and to take its way off would sink it: it drives with full power, and goes on so. Whatever
+the stages do, a clock over the whole of SURFACE releases the weight too. Pure: memory in, memory out.
 `firmware_py/README.md` has the table of the stages.
 """
 
@@ -36,10 +37,14 @@ _ENTRY = 8.0
 _FELL, _FALLS = 0.5, 0.2
 """Without depth, so much less altitude, m, than there was is sinking; and with a depth that stays, where the velocity
 says too that it goes down, faster than this, m/s."""
+_BOW_UP, _TOO_STEEP = math.radians(3.0), math.radians(70.0)
+"""Between these pitches the propeller drives a vehicle up, whatever pitch is desired; with full power from level on."""
+_HEAVY_TIME = 10.0
+"""At rest without its weight, a vehicle that goes on sinking for so long, s, is heavy."""
 _HYSTERESIS = 1.0
 """So much deeper, m, than where a stage near the surface begins, it ends."""
 NONE, POWERED, BLIND, LEVEL = AscentStage.NONE, AscentStage.POWERED, AscentStage.BLIND, AscentStage.LEVEL
-REVERSE, STOPPED, WAITING = AscentStage.REVERSE, AscentStage.STOPPED, AscentStage.WAITING
+REVERSE, STOPPED, WAITING, FULL = AscentStage.REVERSE, AscentStage.STOPPED, AscentStage.WAITING, AscentStage.FULL
 
 
 class Step(NamedTuple):
@@ -128,13 +133,13 @@ class Ascent:
     def _begin(self, v: AscentView, was: AscentMemory) -> AscentMemory:
         stage = POWERED if v.attitude_ok else BLIND
         pitch = clip(v.theta, _STEEPEST, self._params.pitch) if v.attitude_ok else 0.0
-        times = {"begun": v.t, "since": v.t, "t_best": v.t, "t_told": v.t}
-        depths = {"z": v.z, "least": v.z, "best": v.z, "z_begun": v.z, "altitude_begun": v.altitude}
         far = v.attitude_ok and abs(v.theta - pitch) > self._params.pitch_error
         off = self._params.pitch_error_time if far else 0.0  # it did not go so far in a moment
-        return AscentMemory(
-            stage, pitch=pitch, z_dot=v.z_dot, off=off, asked=was.asked, drop=was.drop, **times, **depths
-        )
+        begun = AscentMemory(stage, pitch=pitch, z_dot=v.z_dot, off=off, asked=was.asked, drop=was.drop)
+        return begun._replace(
+            begun=v.t, since=v.t, t_best=v.t, t_told=v.t,
+            z=v.z, least=v.z, best=v.z, z_begun=v.z, altitude_begun=v.altitude,
+        )  # fmt: skip
 
     def _observe(self, m: AscentMemory, v: AscentView) -> AscentMemory:
         """Bring depth, progress and the clocks of pitch and roll up to date."""
@@ -188,7 +193,10 @@ class Ascent:
         p, fell = self._params, _fell(m, v)
         sinks = m.z_dot > _SINKS or fell > _FELL
         down = sinks or (v.attitude_ok and v.theta < 0.0)
+        driven_up = _driven_up(v, 0.0 if m.stage is FULL else _BOW_UP)
         brake = REVERSE if down and (v.u > p.rest_speed or not v.speed_ok) else STOPPED
+        if driven_up and ((v.depth_ok and m.z_dot > _SINKS) or m.stage is FULL):
+            brake = FULL
         if v.jam is PlaneJam.DOWN:
             return Step(brake, True, Cause.PLANES_STUCK)
         if v.jam is PlaneJam.UP:
@@ -200,18 +208,20 @@ class Ascent:
         if sinks and v.altitude < self._lowest:
             return Step(brake, True, Cause.ALTITUDE_LIMIT, (v.altitude, self._lowest))
         deeper = max(v.z - m.least, fell) if v.depth_ok else fell
-        if sinks and deeper > p.deeper:
-            return Step(brake, False, Cause.DEEPER, (deeper,))
+        if sinks and (deeper > p.deeper or (m.stage is FULL and not driven_up)):
+            return Step(brake, m.stage is FULL, Cause.DEEPER, (deeper,))
         if m.off > p.pitch_error_time and m.stage not in (LEVEL, WAITING):
             return Step(brake, False, Cause.PITCH_OFF, (v.theta, m.pitch))
         if v.depth_ok and v.t - m.t_best > p.climb_time:
-            return Step(STOPPED, True, Cause.NO_CLIMB, (p.climb_time,))
+            return Step(brake if m.stage is FULL else STOPPED, True, Cause.NO_CLIMB, (p.climb_time,))
         return None
 
     def _drive(self, m: AscentMemory, v: AscentView) -> Step | None:
         """Return the stage for this depth, with attitude or without."""
         p, stage = self._params, m.stage
         near = m.t_near == m.t_near
+        if m.heavy and v.attitude_ok:
+            return None if stage is FULL else Step(FULL, False, Cause.NONE)
         if near and v.t - m.t_near > p.wait_time:
             return None if stage is WAITING else Step(WAITING, False, Cause.NOT_TOLD, (v.t - m.begun,))
         if stage is WAITING and not v.depth_ok:
@@ -236,6 +246,8 @@ class Ascent:
                 return Step(STOPPED, True, Cause.NO_CLIMB, (rested,))
         elif v.jam is PlaneJam.NONE and not near and v.t - max(m.t_best, m.since) > p.climb_time:
             return Step(POWERED if v.attitude_ok else BLIND, False, Cause.NO_CLIMB, (rested,))
+        elif not near and _driven_up(v, _BOW_UP) and m.z_dot > _SINKS and rested > _HEAVY_TIME:
+            return Step(FULL, False, Cause.NO_CLIMB, (rested,))
         if near and v.jam is PlaneJam.NONE and rested > p.wait_time:
             return Step(WAITING, False, Cause.NOT_TOLD, (v.t - m.begun,))
         return None
@@ -251,12 +263,19 @@ def _fell(m: AscentMemory, v: AscentView) -> float:
     return m.altitude_begun - v.altitude if v.z_dot > _FALLS and m.z_dot <= _SINKS else 0.0
 
 
+def _driven_up(v: AscentView, least: float) -> bool:
+    """Return whether the propeller drives the vehicle up: bow up, by `least` rad, and no plane known to be stuck."""
+    return v.attitude_ok and least < v.theta < _TOO_STEEP and v.jam is PlaneJam.NONE
+
+
 def _enter(m: AscentMemory, stage: AscentStage, v: AscentView) -> AscentMemory:
     """Begin a stage; a new attempt is judged from where it begins."""
     before = m.stage
     m = m._replace(stage=stage, since=v.t, off=0.0, rolled=0.0)
     if before in (STOPPED, LEVEL, WAITING) and stage in (POWERED, BLIND):
         m = m._replace(least=v.z, most=v.altitude, pitch=v.theta if v.attitude_ok else 0.0)
+    if stage is FULL:
+        m = m._replace(least=v.z, most=v.altitude, best=v.z, t_best=v.t, heavy=True)
     if before is STOPPED:
         m = m._replace(best=v.z, t_best=v.t)  # from near the surface and back again is no progress
     return m

@@ -33,6 +33,7 @@ class AscentMemory(NamedTuple):
         t_told: when it was last told that the vehicle waits, s.
         asked: whether the release was asked for; without a weight that is said once in each SURFACE.
         drop: whether the weight is released, for good.
+        heavy: whether it sank with its bow up: half the power is not enough, then, near the surface neither.
     """
 
     stage: AscentStage = AscentStage.NONE
@@ -56,3 +57,4 @@ class AscentMemory(NamedTuple):
     t_told: float = 0.0
     asked: bool = False
     drop: bool = False
+    heavy: bool = False

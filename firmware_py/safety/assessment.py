@@ -73,6 +73,7 @@ def conditions(
     attitude_age, depth_age = t - frame.ahrs.t_valid, t - frame.pressure.t_valid
     attitude_ok = state.attitude_ok and attitude_age <= params.attitude_timeout
     depth_ok = state.depth_ok and depth_age <= params.depth_timeout
+    fix_heard = sensors.fix.state is _GOOD and frame.fix.usable(t, params.fix_timeout)
     return Conditions(
         wanted=wanted,
         attitude_ok=attitude_ok,
@@ -80,7 +81,7 @@ def conditions(
         depth=eta.z,
         altitude=state.altitude,
         z_dot=z_dot,
-        fix_heard=sensors.fix.state is _GOOD and frame.fix.usable(t, params.fix_timeout),
+        fix_heard=fix_heard,
         leak=state.leak,
         charge=charge,
         late=late,
@@ -106,6 +107,7 @@ def conditions(
         station_silence=t - order.t_station if order.t_station > -math.inf else math.nan,
         sticks_silence=t - order.t_sticks,
         watched=was.watched and not in_hand(order),
+        sunk_by=was.altitude_up - state.altitude,
         left=left,
         slope=math.atan2(z_dot, max(state.nu.u, _SLOW)),
         start=was.start,

@@ -92,6 +92,8 @@ class Conditions(NamedTuple):
     """The drop weight is released, in this run or in an earlier one, and no hardpoint says that it holds one."""
     watched: bool = False
     """It surfaced and disarmed itself, and nobody has armed or disarmed it since."""
+    sunk_by: float = math.nan
+    """By how much the bottom is nearer than when a fix was last heard, or since it came into sight after that."""
     left: Manoeuvrability = UNLIMITED
     """What the vehicle can still do, and"""
     slope: float = 0.0

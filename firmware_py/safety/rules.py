@@ -81,6 +81,10 @@ _LATE = 3.0
 """With a slow stern plane the vehicle pulls up later by so much, s."""
 _SWING, _STEEP = 2.0 / 3.0, math.radians(30.0)
 """With a slow stern plane it cannot stop a swing beyond this share of `pitch_max`, or this, rad: the greater counts."""
+_JUST = 300.0
+"""Where a program ended so short a time ago, s, the vehicle still is under water, if it was."""
+_NEARER = 5.0
+"""Without depth and fix, a bottom nearer by so much than where a fix was last heard, m, means that it sinks."""
 _FLOWN = (Mode.HOLD, Mode.MISSION, Mode.LOITER, Mode.GUIDED, Mode.RETURN)
 """Modes in which a depth is flown."""
 
@@ -128,19 +132,34 @@ def _surfacing_long(c: Conditions, p: SafetyParams) -> bool:
 
 
 def surely_under_water(c: Conditions, p: SafetyParams) -> bool:
-    """Return whether a good depth says so, and no fix says otherwise, which would be one of air."""
-    aboard = c.sensors.pressure.state is _GOOD and c.sensors.fix.state is not _SUSPECT
+    """Return whether a good depth says so, and no fix says otherwise: one of air would, but not a frozen one."""
+    fix = c.sensors.fix
+    in_doubt = fix.state is _SUSPECT and fix.fault is not SourceFault.FROZEN
+    aboard = c.sensors.pressure.state is _GOOD and not in_doubt
     return c.depth_ok and aboard and c.depth > p.submerged_depth and not c.fix_heard
 
 
+def _sunk(c: Conditions, p: SafetyParams) -> bool:
+    """Return whether a vehicle that came up sinks: its depth says so, or for want of one a bottom that is nearer."""
+    untold = not (c.depth_ok and c.sensors.pressure.state is _GOOD) and not c.fix_heard
+    return c.watched and (surely_under_water(c, p) or (untold and c.sunk_by > _NEARER))
+
+
 def _restarted(c: Conditions, p: SafetyParams) -> bool:
-    return c.start.was_armed and surely_under_water(c, p)
+    kept = c.start.kept
+    still_there = kept.depth > p.submerged_depth and kept.ago < _JUST
+    unknown = not c.depth_ok and c.sensors.fix.state is not _SUSPECT and not c.fix_heard
+    return c.start.was_armed and (surely_under_water(c, p) or (unknown and still_there))
 
 
 def _begun_under_water(c: Conditions, p: SafetyParams) -> bool:
     if not c.start.open or _restarted(c, p):
         return False
     return c.depth > p.submerged_depth if c.depth_ok else c.start.was_armed
+
+
+def _depth(c: Conditions) -> float:
+    return c.depth if c.depth_ok else math.nan
 
 
 def _actuator_fault(cause: Cause, faulty: Callable[[Conditions], Faulty | None], action: str) -> Rule:
@@ -234,12 +253,12 @@ RULES: tuple[Rule, ...] = (
     _station_lost(Mode.GUIDED,  "guided_time",  "guided_action"),
     _station_lost(Mode.MISSION, "mission_time", "mission_action"),
     # What brings up a vehicle that is disarmed.
-    Rule(Cause.SUNK,             lambda c, p: c.watched and surely_under_water(c, p), "sunk_time", "sunk_action",
-         lambda c, _: (c.depth,), at_arming=False, while_disarmed=True),
+    Rule(Cause.SUNK,             _sunk, "sunk_time", "sunk_action",
+         lambda c, _: (_depth(c),), at_arming=False, while_disarmed=True),
     Rule(Cause.RESTARTED,        _restarted, "restart_time", "restart_action",
-         lambda c, _: (c.depth, float(c.start.kept.mode), c.start.kept.ago), at_arming=False, while_disarmed=True),
+         lambda c, _: (_depth(c), float(c.start.kept.mode), c.start.kept.ago), at_arming=False, while_disarmed=True),
     Rule(Cause.STARTED_UNDER_WATER, _begun_under_water, "restart_time", "start_action",
-         lambda c, _: (c.depth if c.depth_ok else math.nan,), at_arming=False, while_disarmed=True),
+         lambda c, _: (_depth(c),), at_arming=False, while_disarmed=True),
     # What was ordered is done.
     Rule(Cause.MISSION_DONE,     lambda c, _: c.mission_done and c.wanted is Mode.MISSION, "", SURFACE),
     Rule(Cause.RETURN_DONE,      lambda c, _: c.mission_done and c.wanted is Mode.RETURN, "", SURFACE),

@@ -3,8 +3,9 @@
 A program that crashed or was killed in flight starts again disarmed, at a depth at which nobody reaches the vehicle. So
 it comes up by itself (rule RESTARTED). On deck and in a workshop fins and propeller must not move: for `restart_time` a
 good depth must say that it is under water, and no fix that it is not; and the time since it was armed must be known and
-short, which is decided before the run (`run.kept_navigation`). Once it is armed, ordered to disarm, or found at the
-surface, that is over: a vehicle that is put into the water later stays disarmed.
+short, which is decided before the run (`run.kept_navigation`). Where no depth is heard, that of the earlier run counts
+for some minutes, in which nobody lifts a vehicle out. Once it is armed, ordered to disarm, or found at the surface,
+that is over: a vehicle that is put into the water later stays disarmed.
 """
 
 from __future__ import annotations
@@ -15,10 +16,11 @@ from firmware_py.records.order import Mode
 
 
 class KeptMode(NamedTuple):
-    """The mode in which an earlier run of the program ended, and how long before this run that was, s."""
+    """The mode in which an earlier run of the program ended, how long before this run that was, s, and how deep, m."""
 
     mode: Mode = Mode.DISARMED
     ago: float = 0.0
+    depth: float = 0.0
 
 
 NOT_ARMED = KeptMode()

@@ -149,6 +149,8 @@ class Supervisor:
             ascent=ascent,
             weight_gone=was.weight_gone,
             watched=watched,
+            depth=c.depth,
+            altitude_up=c.altitude if c.fix_heard or was.altitude_up != was.altitude_up else was.altitude_up,
             start=was.start.after_a_tick(settled, c.depth_ok and shallow, ticks),
         )
         return ModeState(
@@ -168,8 +170,10 @@ class Supervisor:
 
     def keep(self, t: float) -> KeptMode:
         """Return the mode that a later run is to know of: that of an earlier one while it may still have to come up."""
-        start = self._memory.start
-        return KeptMode(start.kept.mode, start.kept.ago + t) if start.was_armed else KeptMode(self._memory.mode)
+        m = self._memory
+        if m.start.was_armed:
+            return m.start.kept._replace(ago=m.start.kept.ago + t)
+        return NOT_ARMED if m.mode is Mode.DISARMED else KeptMode(m.mode, 0.0, m.depth)
 
     def resume(self, weight_gone: bool, kept: KeptMode = NOT_ARMED) -> None:
         """Go on after an earlier run: whether it released the drop weight, and in which mode it ended."""

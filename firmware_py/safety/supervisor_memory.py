@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from firmware_py.records.event import Cause
@@ -46,6 +47,8 @@ class SupervisorMemory(NamedTuple):
         start: whether it began under water, and how the earlier run ended.
         weight_gone: whether the drop weight was released in an earlier run.
         watched: whether it surfaced and disarmed itself, and nobody has it in hand since: it may sink again.
+        depth: the estimated depth, m.
+        altitude_up: the altitude with which a fix was last heard, or the first that was known since then, m.
     """
 
     mode: Mode
@@ -65,6 +68,8 @@ class SupervisorMemory(NamedTuple):
     ascent: AscentMemory = AscentMemory()
     weight_gone: bool = False
     watched: bool = False
+    depth: float = 0.0
+    altitude_up: float = math.nan
     start: Start = Start()
     candidates: tuple[Candidate, ...] = ()
 

@@ -20,7 +20,7 @@ from firmware_py.safety.safety_params import SafetyParams
 DT = 0.1
 PARAMS = AscentParams()
 POWERED, BLIND, LEVEL = AscentStage.POWERED, AscentStage.BLIND, AscentStage.LEVEL
-REVERSE, STOPPED, WAITING = AscentStage.REVERSE, AscentStage.STOPPED, AscentStage.WAITING
+REVERSE, STOPPED, WAITING, FULL = AscentStage.REVERSE, AscentStage.STOPPED, AscentStage.WAITING, AscentStage.FULL
 
 
 class Rising:
@@ -391,3 +391,43 @@ def test_a_bottom_that_rises_below_a_vehicle_that_climbs_is_no_sinking() -> None
         vehicle.go(DT, -0.2)
     assert vehicle.memory.stage is POWERED
     assert vehicle.causes == []
+
+
+def test_who_sinks_with_its_bow_up_is_heavy_and_climbs_under_full_power_to_the_surface() -> None:
+    """Propeller astern took the way off, and it sank to the ground with a healthy propeller."""
+    vehicle = Rising(theta=0.2)
+    assert vehicle.go(3.5, 0.5) is POWERED
+    assert vehicle.go(1.5, 0.5) is FULL
+    assert vehicle.causes == [Cause.DEEPER]
+    assert vehicle.go(45.0, -0.25) is FULL
+    assert vehicle.view["z"] < PARAMS.level_depth
+    assert vehicle.go(3.0, 0.1, theta=0.02) is FULL
+    assert vehicle.memory.pitch == pytest.approx(PARAMS.level_pitch)
+    assert not vehicle.memory.drop
+
+
+@pytest.mark.parametrize("theta", [-0.1, 1.3])
+def test_if_full_power_leads_down_or_stands_it_on_end_the_way_is_taken_off_and_the_weight_goes(theta: float) -> None:
+    vehicle = Rising(theta=0.2)
+    vehicle.go(5.0, 0.5)
+    assert vehicle.go(0.5, 0.5, theta=theta) is REVERSE
+    assert vehicle.memory.drop
+
+
+def test_who_sinks_under_full_power_too_releases_the_weight_and_drives_on() -> None:
+    vehicle = Rising(theta=0.2)
+    assert vehicle.go(5.0, 0.5) is FULL
+    assert vehicle.go(5.0, 0.5) is FULL
+    assert vehicle.memory.drop
+    assert vehicle.go(60.0, 0.0) is FULL
+
+
+@pytest.mark.parametrize(("weight", "sinks"), [(True, True), (False, True), (True, False)])
+def test_who_sinks_on_at_rest_without_a_weight_drives_again_at_once(weight: bool, sinks: bool) -> None:
+    vehicle = Rising(weight=weight, theta=-0.1)
+    vehicle.go(6.0, 0.5)
+    vehicle.go(1.0, 0.3, u=0.0)
+    assert vehicle.memory.stage is STOPPED
+    vehicle.go(5.0, 0.3, theta=0.4)
+    assert vehicle.memory.asked is weight
+    assert (vehicle.go(10.0, 0.3 if sinks else 0.0) is FULL) is sinks

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from firmware_py.records.event import Cause, EventKind
+from firmware_py.records.health import ALL_GOOD, SensorHealth, SourceFault, SourceHealth, SourceState
 from firmware_py.records.order import NO_ORDER, Arming, Mode, Order
 from firmware_py.safety.action import Action
 from firmware_py.safety.safety_params import SafetyParams
@@ -87,6 +89,46 @@ def test_a_depth_that_is_not_good_or_that_a_fix_contradicts_is_no_sinking() -> N
     assert not after(vehicle, 30.0, z=1.5, depth_ok=False)
     for _ in range(3000):
         assert vehicle.tick(z=1.5, frame=heard_fix(vehicle)) is Mode.DISARMED
+
+
+FROZEN = ALL_GOOD._replace(fix=SourceHealth(SourceState.SUSPECT, SourceFault.FROZEN))
+JUMPING = ALL_GOOD._replace(fix=SourceHealth(SourceState.SUSPECT, SourceFault.STEP))
+NO_PRESSURE = ALL_GOOD._replace(pressure=SourceHealth(SourceState.SUSPECT, SourceFault.FROZEN))
+
+
+@pytest.mark.parametrize(("sensors", "brought_up"), [(FROZEN, True), (JUMPING, False)])
+def test_a_receiver_that_repeats_itself_tells_of_no_surface(sensors: SensorHealth, brought_up: bool) -> None:
+    """It froze at the surface; the vehicle sank to the ground before its good pressure, for a fix was in doubt."""
+    vehicle = surfaced()
+    said = after(vehicle, 10.1, z=1.5, sensors=sensors, frame=heard_fix(vehicle))
+    assert (SUNK in said) is brought_up
+
+
+@pytest.mark.parametrize(
+    "blind", [{"depth_ok": False}, {"sensors": NO_PRESSURE, "z": 0.2}], ids=["depth lost", "pressure frozen"]
+)
+def test_without_depth_and_fix_a_bottom_that_comes_nearer_tells_that_it_sinks(blind: dict[str, Any]) -> None:
+    vehicle = surfaced(altitude=40.0)
+    assert SUNK not in after(vehicle, 60.0, altitude=36.0, **blind)
+    assert vehicle.mode is Mode.DISARMED
+    said = after(vehicle, 10.1, altitude=34.0, **blind)
+    assert said[0].startswith("DISARMED -> SURFACE: sunk again, ")
+    assert vehicle.answer.drop
+
+
+def test_a_bottom_that_comes_into_sight_counts_from_there() -> None:
+    vehicle = surfaced(altitude=math.nan)
+    assert not [text for text in after(vehicle, 20.0, altitude=44.0, depth_ok=False) if "SURFACE" in text]
+    assert after(vehicle, 10.1, altitude=38.0, depth_ok=False)[0] == (
+        "DISARMED -> SURFACE: sunk again, as the bottom that comes nearer says, after it had surfaced"
+    )
+
+
+def test_over_a_bottom_that_rises_who_hears_fixes_lies_at_the_surface() -> None:
+    vehicle = surfaced(altitude=40.0)
+    for k in range(3000):
+        assert vehicle.tick(z=0.2, altitude=40.0 - 0.01 * k, depth_ok=False, frame=heard_fix(vehicle)) is Mode.DISARMED
+    assert not [text for text in after(vehicle, 20.0, altitude=8.0, depth_ok=False) if "SURFACE" in text]
 
 
 def test_who_surfaced_with_a_leak_releases_the_weight_as_it_disarms() -> None:

@@ -151,4 +151,33 @@ def test_a_program_that_ends_again_before_it_came_up_leaves_that_it_has_to() -> 
     said(vehicle, 100, z=15.0)
     assert vehicle.supervisor.keep(1.0) == KeptMode(Mode.MISSION, 13.0)
     vehicle.ticks_until(Mode.SURFACE, LONG, z=15.0)
-    assert vehicle.supervisor.keep(6.0) == KeptMode(Mode.SURFACE)
+    assert vehicle.supervisor.keep(6.0) == KeptMode(Mode.SURFACE, 0.0, 15.0)
+
+
+DEEP = KeptMode(Mode.SURFACE, 12.0, 14.0)
+
+
+def test_where_no_depth_is_heard_the_one_with_which_it_ended_counts_for_minutes() -> None:
+    """Its pressure was lost, it came up, its program was killed: the next one stayed there, disarmed."""
+    vehicle = restarted(DEEP)
+    assert vehicle.ticks_until(Mode.SURFACE, LONG, depth_ok=False) == AFTER
+    assert vehicle.events == (
+        "DISARMED -> SURFACE: started again where the depth is not known, 12 s after its program ended in SURFACE",
+    )
+
+
+@pytest.mark.parametrize("change", [{"ago": 301.0}, {"depth": 0.5}, {"mode": Mode.DISARMED}])
+def test_but_not_that_of_long_ago_nor_a_small_one_nor_of_who_was_disarmed(change: dict[str, Any]) -> None:
+    vehicle = restarted(DEEP._replace(**change))
+    said(vehicle, LONG, depth_ok=False)
+    assert vehicle.mode is Mode.DISARMED
+
+
+def test_nor_where_a_good_depth_or_a_fix_says_otherwise() -> None:
+    vehicle = restarted(DEEP)
+    said(vehicle, LONG, z=0.2)
+    assert vehicle.mode is Mode.DISARMED
+    vehicle = restarted(DEEP)
+    for _ in range(LONG):
+        vehicle.tick(depth_ok=False, frame={"fix": fix(vehicle)})
+    assert vehicle.mode is Mode.DISARMED

@@ -194,6 +194,22 @@ def test_a_vehicle_that_says_surfaced_in_the_deep_has_not_surfaced_safely_and_bo
     )
 
 
+def test_who_sinks_again_after_it_surfaced_has_completed_nothing():
+    scenario = parse({"description": "x.", "duration_s": 100.0, "completes": "surfaced", "watch_s": 1.0}, "here")
+    depth = [0.3]
+    ground = ScriptedOperator(scenario, lambda: depth[0])
+    ground.write(cycle(mode=Mode.MISSION))
+    ground.write(cycle(mode=Mode.SURFACE))
+    ground.write(cycle(mode=Mode.DISARMED, events=(changed(Mode.DISARMED, Cause.SURFACED),)))
+    depth[0] = 28.4
+    ground.write(cycle(mode=Mode.DISARMED, t=2.0))
+    assert (ground.completion.done, ground.completion.completed, ground.completion.surfaced) == (False, False, False)
+    assert ground.completion.reason == "it had surfaced, and sank again: it ends disarmed, 28.4 m deep in truth"
+    depth[0] = 0.2
+    ground.write(cycle(mode=Mode.DISARMED, t=2.1))
+    assert (ground.completion.done, ground.completion.completed) == (True, True)
+
+
 def test_to_be_disarmed_by_hand_at_the_surface_is_no_rule_that_brought_it_up():
     ground = operator(completes="surfaced")
     for mode in (Mode.MISSION, Mode.DISARMED):

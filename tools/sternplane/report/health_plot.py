@@ -31,6 +31,7 @@ _STAGES = {
     AscentStage.REVERSE: "#fdba74",
     AscentStage.STOPPED: "#cbd5e1",
     AscentStage.WAITING: "#fde68a",
+    AscentStage.FULL: "#3b82f6",
 }
 _ROW_PX, _AROUND_PX = 26, 100
 """Height of a row, and of the legend and the axis around them, pixels."""
