@@ -1,6 +1,13 @@
-"""Sliding-mode law of one axis: scheduled with the speed, with an integral for the steady disturbance."""
+"""Sliding-mode law of one axis: scheduled with the speed, with an integral for the steady disturbance.
+
+Poles grow with the speed, as what fins do does. The righting moment does not: slower poles than those that the hull has
+by it would have the planes hold against it, at low speed to the ends of their travel, where the vehicle dives on at any
+error of depth. So poles are no slower than that, nor faster than at the trim speed for its sake.
+"""
 
 from __future__ import annotations
+
+import math
 
 from firmware_py.control.sliding_mode_design import (
     DesignError,
@@ -54,8 +61,8 @@ class SlidingModeLaw:
 
     def _design_for(self, model: LinearModel, speed_ratio: float, caution: float) -> SlidingDesign:
         gains = self._gains
-        scale = speed_ratio if gains.scaled else 1.0
         p1, p2 = gains.poles
+        scale = max(speed_ratio, min(1.0, math.sqrt(model.righting / (p1 * p2)))) if gains.scaled else 1.0
         poles = cautious_poles(model, (p1 * scale, p2 * scale), caution)
         design = design_sliding_mode(model, poles, self._s_last, gains.delta_sw, gains.phi_b)
         if gains.phi_b > 0.0:

@@ -38,6 +38,12 @@ class LinearModel(NamedTuple):
     A: tuple[Vector3, Vector3, Vector3]
     b: Vector3
 
+    @property
+    def righting(self) -> float:
+        """Return what turns the hull back at any speed, 1/s^2, by its angle: -A[0][1] where that is the second state."""
+        (_, restoring, _), second, _ = self.A
+        return max(0.0, -restoring) if second == (1.0, 0.0, 0.0) else 0.0
+
 
 def diving_coefficients(vehicle: Vehicle) -> DivingCoefficients:
     """Return the coefficients of the diving model as vehicle.toml has them."""

@@ -28,3 +28,20 @@ def test_without_dvl_its_model_dives_as_fast_as_it_does_and_no_pressure_is_accus
     assert np.abs(modelled - true).max() < 0.05
     sources = {cycle.state.velocity_source for cycle, at in zip(log.cycles, deep, strict=True) if at}
     assert sources == {VelocitySource.HULL_MODEL}
+
+
+SLOW, DEEPER = hold(8.0).replace("1.8", "0.6"), "[[orders]]\nt_s = 20.0\ndepth_m = 16.0\n"
+CREEP = under_way(160.0, 8.0, SLOW, DEEPER, rpm=585.0)
+
+
+@pytest.mark.parametrize("vehicle", ["remus100", "torpedo_x"])
+def test_at_its_least_speed_its_planes_do_not_hold_it_down_beyond_the_depth_that_is_asked(
+    flown: Flights, vehicle: str
+) -> None:
+    """They held against the righting moment at the ends of their travel, and it dived on, at 39 deg, past its limit."""
+    outcome, log = flown(CREEP, vehicle=vehicle)
+    assert outcome.completed
+    z, theta = log.truth["eta.z"], np.degrees(log.truth["eta.theta"])
+    assert np.abs(z[-2000:] - 16.0).max() < 0.3
+    assert z.max() < 16.5
+    assert theta.min() > -35.0
