@@ -40,7 +40,7 @@ class LinearModel(NamedTuple):
 
     @property
     def righting(self) -> float:
-        """Return what turns the hull back at any speed, 1/s^2, by its angle: -A[0][1] where that is the second state."""
+        """Return what turns the hull back at any speed, 1/s^2: -A[0][1] where the second state is its angle."""
         (_, restoring, _), second, _ = self.A
         return max(0.0, -restoring) if second == (1.0, 0.0, 0.0) else 0.0
 

@@ -24,6 +24,8 @@ _PROBATION = 120.0
 s, it is not believed without them, and its sigma is no less than the change of the current that it tells."""
 _HELD = 1.2
 """A ping is held for so long, s, where the filter could tell the velocity: until the next one of a DVL of 1 Hz."""
+_COASTS = 120.0
+"""A hull whose propeller is stopped may be under way for about so long, s: one of 5 m loses half of 1.4 m/s."""
 _LATE = 1.0
 """A filter that is farther behind, s, has stopped."""
 
@@ -125,6 +127,7 @@ class VelocityMemory(NamedTuple):
         anchor: the current that the filter knew before pings contradicted it.
         t_broken: when they did, s.
         since: when the first of the pings was true that have come without a gap, s.
+        coast: how much faster it may be than its propeller drives it, m/s, where nothing else tells.
     """
 
     t: float
@@ -140,6 +143,7 @@ class VelocityMemory(NamedTuple):
     anchor: Current = UNKNOWN_CURRENT
     t_broken: float = -math.inf
     since: float = -math.inf
+    coast: float = 0.0
 
 
 START = VelocityMemory(-math.inf, 0.0, 0.0, 0.0, 0.0, NO_PING, VelocitySource.NONE, UNKNOWN_CURRENT)
@@ -222,7 +226,9 @@ def _follow(params: VelocityParams, memory: VelocityMemory, motion: Motion, t: f
         c, s = math.cos(motion.psi), math.sin(motion.psi)
         along, aside = current.north * c + current.east * s, current.east * c - current.north * s
         u, v, w = u + along * math.cos(motion.theta), v + aside, along * math.sin(motion.theta)
-    share = dt / (params.tau_lost + dt)
+    share, coast = dt / (params.tau_lost + dt), 0.0
+    if source is VelocitySource.NONE:
+        coast = max(0.0, abs(memory.ping.u) - abs(u)) * math.exp(-max(0.0, t - memory.ping.t) / _COASTS)
     return memory._replace(
         u=memory.u + share * (u - memory.u),
         v=memory.v + share * (v - memory.v),
@@ -231,6 +237,7 @@ def _follow(params: VelocityParams, memory: VelocityMemory, motion: Motion, t: f
         current=current,
         eddy=(0.0, 0.0),
         turbulence=0.0,
+        coast=coast,
     )
 
 
@@ -241,7 +248,7 @@ def std(params: VelocityParams, memory: VelocityMemory, t: float) -> float:
         return math.hypot(held, _unseen(params, memory, t))
     if memory.source is VelocitySource.HULL_MODEL:
         return min(held, params.lost_std, math.hypot(params.hull_std, memory.current.std_at(params, t)))
-    return min(held, params.lost_std)
+    return min(held, max(params.lost_std, memory.coast))
 
 
 def reckoned(params: VelocityParams, memory: VelocityMemory, t: float) -> Measured:

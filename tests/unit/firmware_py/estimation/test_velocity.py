@@ -67,6 +67,17 @@ def test_it_goes_on_without_dvl_until_it_is_lost_in_its_own_sigma() -> None:
     assert velocity.std(PARAMS, lost, t) == PARAMS.lost_std
 
 
+def test_a_hull_whose_propeller_is_stopped_may_coast_for_minutes() -> None:
+    """At the surface over deep water it coasted for 75 s at 1 m/s, and sigma was that of a vehicle at rest."""
+    lost, t = follow(35.0, pinged=lambda t: t < 5.0, motion=STRAIGHT._replace(n=0.0))
+    assert abs(lost.u) < 0.1
+    assert 1.0 < velocity.std(PARAMS, lost, t) < 1.9
+    driven, t = follow(35.0, pinged=lambda t: t < 5.0)
+    assert velocity.std(PARAMS, driven, t) == PARAMS.lost_std
+    later, t = follow(600.0, pinged=lambda t: t < 5.0, motion=STRAIGHT._replace(n=0.0))
+    assert velocity.std(PARAMS, later, t) == PARAMS.lost_std
+
+
 def test_a_filter_that_stopped_is_left_for_the_next_ping() -> None:
     memory, _ = follow(8.0, learned=lambda t: known(t - 0.2) if t < 6.0 else known(5.8))
     assert (memory.source, memory.u) == (VelocitySource.DVL, 1.9)
