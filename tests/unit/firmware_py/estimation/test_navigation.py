@@ -255,9 +255,9 @@ def test_without_a_dvl_the_propeller_speaks_for_the_speed_and_sigma_tells() -> N
     assert answers[last + 150].nu.u == pytest.approx(1.8)
     assert answers[-1].nu.u == pytest.approx(0.9144, abs=0.01)  # half the trim point's speed
     stds = [a.velocity_std for a in answers[2000:]]
-    assert stds == sorted(stds)
+    assert stds[:1400] == sorted(stds[:1400])
+    assert 1.5 - answers[-1].nu.u < stds[-1] < stds[1500]  # it coasts, and slows down
     assert stds[0] < 0.02
-    assert stds[-1] == 0.3
     error = abs(answers[-1].eta.x - slowing.x[-1])
     assert 0.5 * error < answers[-1].position_std < 3.0 * error
     assert answers[-1].attitude_ok
