@@ -21,7 +21,6 @@ from firmware_py.marine import clip
 from firmware_py.params import ParamError
 from firmware_py.vehicle.linear_models import LinearModel, Vector3
 
-
 _AGAINST = 0.5
 """Against the righting moment planes are held by no more than this share of the pitch."""
 
