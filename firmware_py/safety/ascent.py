@@ -208,7 +208,7 @@ class Ascent:
         if sinks and v.altitude < self._lowest:
             return Step(brake, True, Cause.ALTITUDE_LIMIT, (v.altitude, self._lowest))
         deeper = max(v.z - m.least, fell) if v.depth_ok else fell
-        if sinks and (deeper > p.deeper or (m.stage is FULL and not driven_up)):
+        if sinks and deeper > (_FELL if m.stage is FULL and not driven_up else p.deeper):
             return Step(brake, m.stage is FULL, Cause.DEEPER, (deeper,))
         if m.off > p.pitch_error_time and m.stage not in (LEVEL, WAITING):
             return Step(brake, False, Cause.PITCH_OFF, (v.theta, m.pitch))
