@@ -36,7 +36,7 @@ _ENTRY = 8.0
 """Without attitude the end of a dive cannot be seen; it takes at most so long, s."""
 _FELL, _FALLS = 0.5, 0.2
 """Without depth, so much less altitude, m, than there was is sinking; and with a depth that stays, where the velocity
-says too that it goes down, faster than this, m/s."""
+says too that it goes down, faster than this, m/s. Bow down under full power, so much deeper is more than a swing."""
 _BOW_UP, _TOO_STEEP = math.radians(3.0), math.radians(70.0)
 """Between these pitches the propeller drives a vehicle up, whatever pitch is desired; with full power from level on."""
 _HEAVY_TIME = 10.0
