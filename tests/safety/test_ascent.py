@@ -412,6 +412,7 @@ def test_if_full_power_leads_down_or_stands_it_on_end_the_way_is_taken_off_and_t
     assert vehicle.go(4.3, 0.5) is FULL
     assert vehicle.go(0.5, 0.3, theta=theta) is FULL  # a swing
     assert vehicle.go(1.5, 0.3, theta=theta) is REVERSE
+    assert vehicle.go(4.0, 0.1, u=0.0) is STOPPED
     assert vehicle.memory.drop
 
 
