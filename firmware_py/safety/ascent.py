@@ -185,7 +185,10 @@ class Ascent:
             stopped = v.u <= self._params.rest_speed if v.speed_ok else False
             rises = v.attitude_ok and v.theta > 0.0 and m.z_dot < -_SINKS and not _fell(m, v) > _FELL
             late = v.t - m.since > self._params.reverse_time
-            return Step(STOPPED, False, Cause.NONE) if stopped or rises or late else None
+            in_vain = not v.attitude_ok and m.z_dot > _SINKS and v.t - m.since > _ENTRY  # its bow may be up
+            if in_vain and not m.asked:
+                return Step(STOPPED, True, Cause.NO_CLIMB, (v.t - m.since,))
+            return Step(STOPPED, False, Cause.NONE) if stopped or rises or late or in_vain else None
         return trouble or self._drive(m, v)
 
     def _trouble(self, m: AscentMemory, v: AscentView) -> Step | None:
@@ -195,6 +198,8 @@ class Ascent:
         down = sinks or (v.attitude_ok and v.theta < 0.0)
         driven_up = _driven_up(v, 0.0 if m.stage is FULL else _BOW_UP)
         brake = REVERSE if down and (v.u > p.rest_speed or not v.speed_ok) else STOPPED
+        if not v.attitude_ok and m.asked:
+            brake = STOPPED  # without its weight, forward, its bow is up
         if driven_up and ((v.depth_ok and m.z_dot > _SINKS) or m.stage is FULL):
             brake = FULL
         if v.jam is PlaneJam.DOWN:

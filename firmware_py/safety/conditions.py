@@ -93,7 +93,7 @@ class Conditions(NamedTuple):
     watched: bool = False
     """It surfaced and disarmed itself, and nobody has armed or disarmed it since."""
     sunk_by: float = math.nan
-    """By how much the bottom is nearer than when a fix was last heard, or since it came into sight after that."""
+    """By how much the bottom is nearer than when it was at the surface, or than where it came into sight after that."""
     left: Manoeuvrability = UNLIMITED
     """What the vehicle can still do, and"""
     slope: float = 0.0

@@ -130,6 +130,8 @@ class Supervisor:
             progress = progress.after_a_second(mode, reference, state, charge, self._home, params)
         settled, shallow = mode is not Mode.DISARMED or order.arming in DISARMS, c.depth <= params.submerged_depth
         ticks = round(params.restart_time * NS_PER_S / tick.dt_ns)
+        depth = c.depth if c.depth_ok or c.fix_heard else max(c.depth, was.depth)
+        up = c.fix_heard or (watched and not was.watched)
         self._memory = SupervisorMemory(
             mode=mode,
             cause=cause,
@@ -149,8 +151,8 @@ class Supervisor:
             ascent=ascent,
             weight_gone=was.weight_gone,
             watched=watched,
-            depth=c.depth,
-            altitude_up=c.altitude if c.fix_heard or was.altitude_up != was.altitude_up else was.altitude_up,
+            depth=depth,
+            altitude_up=c.altitude if up or was.altitude_up != was.altitude_up else was.altitude_up,
             start=was.start.after_a_tick(settled, c.depth_ok and shallow, ticks),
         )
         return ModeState(
@@ -177,7 +179,7 @@ class Supervisor:
 
     def resume(self, weight_gone: bool, kept: KeptMode = NOT_ARMED) -> None:
         """Go on after an earlier run: whether it released the drop weight, and in which mode it ended."""
-        self._memory = self._memory._replace(weight_gone=weight_gone, start=Start(kept))
+        self._memory = self._memory._replace(weight_gone=weight_gone, start=Start(kept), depth=kept.depth)
 
     def freeze(self) -> SupervisorMemory:
         """Return the whole memory."""

@@ -47,8 +47,9 @@ class SupervisorMemory(NamedTuple):
         start: whether it began under water, and how the earlier run ended.
         weight_gone: whether the drop weight was released in an earlier run.
         watched: whether it surfaced and disarmed itself, and nobody has it in hand since: it may sink again.
-        depth: the estimated depth, m.
-        altitude_up: the altitude with which a fix was last heard, or the first that was known since then, m.
+        depth: a good depth, m; where there is none, and no fix, no less than the last one.
+        altitude_up: the altitude when a fix was last heard, or since then it began to be `watched`; or the first that
+            was known after that, m.
     """
 
     mode: Mode

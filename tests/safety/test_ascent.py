@@ -433,3 +433,22 @@ def test_who_sinks_on_at_rest_without_a_weight_drives_again_at_once(weight: bool
     vehicle.go(5.0, 0.3, theta=0.4)
     assert vehicle.memory.asked is weight
     assert (vehicle.go(10.0, 0.3 if sinks else 0.0) is FULL) is sinks
+
+
+def test_without_attitude_a_propeller_that_goes_astern_in_vain_is_stopped_and_the_weight_goes() -> None:
+    """Its bow was up: astern drove it down to the ground."""
+    vehicle = Rising(attitude_ok=False, speed_ok=False)
+    assert vehicle.go(12.5, 0.5) is REVERSE
+    assert vehicle.go(7.0, 0.5) is REVERSE
+    assert vehicle.go(2.0, 0.5) is STOPPED
+    assert vehicle.memory.drop
+    vehicle.go(46.0, 0.0)
+    assert vehicle.memory.stage is BLIND
+    assert vehicle.go(5.0, 0.5) is STOPPED
+
+
+def test_with_the_motion_down_ending_it_goes_astern_until_the_way_is_off() -> None:
+    vehicle = Rising(attitude_ok=False, speed_ok=False)
+    assert vehicle.go(12.5, 0.5) is REVERSE
+    assert vehicle.go(20.0, 0.0) is REVERSE
+    assert not vehicle.memory.drop

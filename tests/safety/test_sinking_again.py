@@ -124,6 +124,17 @@ def test_a_bottom_that_comes_into_sight_counts_from_there() -> None:
     )
 
 
+def test_without_a_receiver_the_bottom_counts_from_where_it_surfaced() -> None:
+    """It had seen 40 m at the start; over a flat bottom of 28 m it took a lost pressure for sinking."""
+    vehicle = sailing(Mode.SURFACE, replace(PARAMS, ascent=replace(PARAMS.ascent, fix_needed=False)))
+    after(vehicle, 1.0, z=20.0, altitude=40.0)
+    for k in range(3000):
+        vehicle.tick(z=max(0.2, 20.0 - 0.01 * k), altitude=min(27.8, 8.0 + 0.01 * k))
+    assert vehicle.mode is Mode.DISARMED
+    assert not [text for text in after(vehicle, 30.0, altitude=27.8, depth_ok=False) if "SURFACE" in text]
+    assert after(vehicle, 10.1, altitude=22.0, depth_ok=False)[0].startswith("DISARMED -> SURFACE: sunk again")
+
+
 def test_over_a_bottom_that_rises_who_hears_fixes_lies_at_the_surface() -> None:
     vehicle = surfaced(altitude=40.0)
     for k in range(3000):

@@ -181,3 +181,12 @@ def test_nor_where_a_good_depth_or_a_fix_says_otherwise() -> None:
     for _ in range(LONG):
         vehicle.tick(depth_ok=False, frame={"fix": fix(vehicle)})
     assert vehicle.mode is Mode.DISARMED
+
+
+def test_a_program_that_ends_twice_without_depth_leaves_the_one_that_was_good() -> None:
+    """It came up blind, its reckoned depth began at 0, and the second kill left it where it was."""
+    vehicle = restarted(DEEP)
+    vehicle.ticks_until(Mode.SURFACE, LONG, depth_ok=False, z=0.0)
+    assert vehicle.supervisor.keep(6.0) == KeptMode(Mode.SURFACE, 0.0, 14.0)
+    vehicle.tick(depth_ok=False, z=0.0, frame={"fix": fix(vehicle)})
+    assert vehicle.supervisor.keep(6.0).depth == 0.0

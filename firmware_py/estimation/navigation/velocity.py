@@ -127,7 +127,7 @@ class VelocityMemory(NamedTuple):
         anchor: the current that the filter knew before pings contradicted it.
         t_broken: when they did, s.
         since: when the first of the pings was true that have come without a gap, s.
-        coast: how much faster it may be than its propeller drives it, m/s, where nothing else tells.
+        coast: how fast it may still be though its propeller drives it no longer, m/s, where nothing else tells.
     """
 
     t: float
@@ -228,7 +228,7 @@ def _follow(params: VelocityParams, memory: VelocityMemory, motion: Motion, t: f
         u, v, w = u + along * math.cos(motion.theta), v + aside, along * math.sin(motion.theta)
     share, coast = dt / (params.tau_lost + dt), 0.0
     if source is VelocitySource.NONE:
-        coast = max(0.0, abs(memory.ping.u) - abs(u)) * math.exp(-max(0.0, t - memory.ping.t) / _COASTS)
+        coast = max(abs(memory.u), memory.coast) * (1.0 - dt / _COASTS)
     return memory._replace(
         u=memory.u + share * (u - memory.u),
         v=memory.v + share * (v - memory.v),
@@ -248,7 +248,7 @@ def std(params: VelocityParams, memory: VelocityMemory, t: float) -> float:
         return math.hypot(held, _unseen(params, memory, t))
     if memory.source is VelocitySource.HULL_MODEL:
         return min(held, params.lost_std, math.hypot(params.hull_std, memory.current.std_at(params, t)))
-    return min(held, max(params.lost_std, memory.coast))
+    return min(held, max(params.lost_std, memory.coast - abs(memory.u)))
 
 
 def reckoned(params: VelocityParams, memory: VelocityMemory, t: float) -> Measured:

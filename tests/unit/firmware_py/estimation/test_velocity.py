@@ -78,6 +78,15 @@ def test_a_hull_whose_propeller_is_stopped_may_coast_for_minutes() -> None:
     assert velocity.std(PARAMS, later, t) == PARAMS.lost_std
 
 
+def test_so_may_one_whose_dvl_was_never_heard() -> None:
+    memory = velocity.START
+    for k in range(1, 9000):
+        motion = STRAIGHT if k < 6000 else STRAIGHT._replace(n=0.0)
+        memory = velocity.update(PARAMS, memory, never(Dvl(*[math.nan] * 5)), k * DT, DT, motion, None)
+    assert abs(memory.u) < 0.1
+    assert 1.0 < velocity.std(PARAMS, memory, 90.0) < 1.9
+
+
 def test_a_filter_that_stopped_is_left_for_the_next_ping() -> None:
     memory, _ = follow(8.0, learned=lambda t: known(t - 0.2) if t < 6.0 else known(5.8))
     assert (memory.source, memory.u) == (VelocitySource.DVL, 1.9)
