@@ -56,8 +56,8 @@ NOT_REPRODUCIBLE = "the run is not reproducible"
 _FLIGHTS = count()
 """Numbers the flights of this process: each has a virtual bus of its own."""
 _PATIENCE = {"max": 10.0, "realtime": 0.002}
-"""How long a tick waits for a line of the DVL, s. On a busy machine the kernel takes 70 ms, on one that was stopped for a
-moment longer; a clock goes on."""
+"""How long a tick waits for a line of the DVL, s. On a busy machine the kernel takes 70 ms, on one that stood still
+longer; a clock goes on."""
 
 
 class Outcome(NamedTuple):
