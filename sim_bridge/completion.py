@@ -134,7 +134,7 @@ class Completion:
     def _came_up(self) -> bool:
         up = self._is_up()
         if not up and self._true_depth is not None:
-            self._said += f", at a depth of {self._true_depth():.1f} m in truth"
+            self._said += f", at a depth of {self._depth():.1f} m in truth"
         return up
 
     def _abort(self, by: str) -> None:

@@ -40,7 +40,7 @@ says too that it goes down, faster than this, m/s. Bow down under full power, so
 _BOW_UP, _TOO_STEEP = math.radians(3.0), math.radians(70.0)
 """Between these pitches the propeller drives a vehicle up, whatever pitch is desired; with full power from level on."""
 _HEAVY_TIME = 10.0
-"""At rest without its weight, a vehicle that goes on sinking for so long, s, is heavy."""
+"""At rest without its weight, a vehicle that still sinks after so long, s, is heavy."""
 _HYSTERESIS = 1.0
 """So much deeper, m, than where a stage near the surface begins, it ends."""
 NONE, POWERED, BLIND, LEVEL = AscentStage.NONE, AscentStage.POWERED, AscentStage.BLIND, AscentStage.LEVEL

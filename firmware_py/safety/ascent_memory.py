@@ -33,7 +33,7 @@ class AscentMemory(NamedTuple):
         t_told: when it was last told that the vehicle waits, s.
         asked: whether the release was asked for; without a weight that is said once in each SURFACE.
         drop: whether the weight is released, for good.
-        heavy: whether it sank with its bow up: half the power is not enough, then, near the surface neither.
+        heavy: whether it sank with its bow up, so that it drives with full power to the end of SURFACE.
     """
 
     stage: AscentStage = AscentStage.NONE

@@ -131,17 +131,20 @@ def _surfacing_long(c: Conditions, p: SafetyParams) -> bool:
     return c.surfacing >= p.surfacing_time and c.surfacing % p.surfacing_time < 1.0  # and again after as long
 
 
+def _depth_good(c: Conditions) -> bool:
+    return c.depth_ok and c.sensors.pressure.state is _GOOD
+
+
 def surely_under_water(c: Conditions, p: SafetyParams) -> bool:
     """Return whether a good depth says so, and no fix says otherwise: one of air would, but not a frozen one."""
     fix = c.sensors.fix
     in_doubt = fix.state is _SUSPECT and fix.fault is not SourceFault.FROZEN
-    aboard = c.sensors.pressure.state is _GOOD and not in_doubt
-    return c.depth_ok and aboard and c.depth > p.submerged_depth and not c.fix_heard
+    return _depth_good(c) and c.depth > p.submerged_depth and not (in_doubt or c.fix_heard)
 
 
 def _sunk(c: Conditions, p: SafetyParams) -> bool:
     """Return whether a vehicle that came up sinks: its depth says so, or for want of one a bottom that is nearer."""
-    untold = not (c.depth_ok and c.sensors.pressure.state is _GOOD) and not c.fix_heard
+    untold = not (_depth_good(c) or c.fix_heard)
     return c.watched and (surely_under_water(c, p) or (untold and c.sunk_by > _NEARER))
 
 

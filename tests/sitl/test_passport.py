@@ -115,8 +115,8 @@ def test_fins_that_were_damaged_since_are_named_in_flight_and_what_they_do_is_no
     assert set(named) == {"stern_port", "stern_starboard", "rudder_upper", "rudder_lower"}
     assert max(named.values()) < 12.0
     changed = " ".join([text for t, text in told if text.startswith("this flight against the earlier") and t < 40.0])
-    assert re.search("stern planes -[45]", changed)
-    assert re.search("rudder -[345]", changed)
+    assert "stern planes -4" in changed
+    assert re.search("rudder -[34]", changed)
     assert not (place / "damaged" / "state" / FILE).exists()
 
 
