@@ -198,7 +198,7 @@ class Ascent:
         down = sinks or (v.attitude_ok and v.theta < 0.0)
         driven_up = _driven_up(v, 0.0 if m.stage is FULL else _BOW_UP)
         brake = REVERSE if down and (v.u > p.rest_speed or not v.speed_ok) else STOPPED
-        if not v.attitude_ok and m.asked:
+        if not v.attitude_ok and m.drop:
             brake = STOPPED  # without its weight, forward, its bow is up
         if driven_up and ((v.depth_ok and m.z_dot > _SINKS) or m.stage is FULL):
             brake = FULL

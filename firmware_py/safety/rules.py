@@ -137,9 +137,13 @@ def _depth_good(c: Conditions) -> bool:
 
 def surely_under_water(c: Conditions, p: SafetyParams) -> bool:
     """Return whether a good depth says so, and no fix says otherwise: one of air would, but not a frozen one."""
+    return _depth_good(c) and c.depth > p.submerged_depth and not _speaks_of_air(c)
+
+
+def _speaks_of_air(c: Conditions) -> bool:
+    """Return whether a receiver hears satellites, be they in doubt; one that repeats its last fix may be anywhere."""
     fix = c.sensors.fix
-    in_doubt = fix.state is _SUSPECT and fix.fault is not SourceFault.FROZEN
-    return _depth_good(c) and c.depth > p.submerged_depth and not (in_doubt or c.fix_heard)
+    return c.fix_heard or (fix.state is _SUSPECT and fix.fault is not SourceFault.FROZEN)
 
 
 def _sunk(c: Conditions, p: SafetyParams) -> bool:
@@ -151,7 +155,7 @@ def _sunk(c: Conditions, p: SafetyParams) -> bool:
 def _restarted(c: Conditions, p: SafetyParams) -> bool:
     kept = c.start.kept
     still_there = kept.depth > p.submerged_depth and kept.ago < _JUST
-    unknown = not c.depth_ok and c.sensors.fix.state is not _SUSPECT and not c.fix_heard
+    unknown = not c.depth_ok and not _speaks_of_air(c)
     return c.start.was_armed and (surely_under_water(c, p) or (unknown and still_there))
 
 

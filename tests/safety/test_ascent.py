@@ -447,6 +447,17 @@ def test_without_attitude_a_propeller_that_goes_astern_in_vain_is_stopped_and_th
     assert vehicle.go(5.0, 0.5) is STOPPED
 
 
+def test_without_attitude_and_with_no_weight_to_release_it_still_takes_its_way_off_by_going_astern() -> None:
+    """That the release was asked for changes nothing where there is none: its bow may be down."""
+    vehicle = Rising(weight=False, attitude_ok=False, speed_ok=False)
+    assert vehicle.go(12.5, 0.5) is REVERSE
+    assert vehicle.go(9.0, 0.5) is STOPPED
+    assert vehicle.memory.asked
+    vehicle.go(46.0, 0.0)
+    assert vehicle.memory.stage is BLIND
+    assert vehicle.go(5.0, 0.5) is REVERSE
+
+
 def test_with_the_motion_down_ending_it_goes_astern_until_the_way_is_off() -> None:
     vehicle = Rising(attitude_ok=False, speed_ok=False)
     assert vehicle.go(12.5, 0.5) is REVERSE

@@ -183,6 +183,12 @@ def test_nor_where_a_good_depth_or_a_fix_says_otherwise() -> None:
     assert vehicle.mode is Mode.DISARMED
 
 
+def test_a_receiver_that_repeats_its_last_fix_does_not_speak_of_air() -> None:
+    frozen = ALL_GOOD._replace(fix=SourceHealth(SourceState.SUSPECT, SourceFault.FROZEN))
+    vehicle = restarted(DEEP)
+    assert vehicle.ticks_until(Mode.SURFACE, LONG, depth_ok=False, sensors=frozen) == AFTER
+
+
 def test_a_program_that_ends_twice_without_depth_leaves_the_one_that_was_good() -> None:
     """It came up blind, its reckoned depth began at 0, and the second kill left it where it was."""
     vehicle = restarted(DEEP)
