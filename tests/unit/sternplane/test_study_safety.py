@@ -17,6 +17,7 @@ from sternplane.study.safety.campaign import LEFT_OUT, TRIALS, Job, jobs
 from sternplane.study.safety.flight import with_bar30, written
 from sternplane.study.safety.judge import Ending, Judge
 from sternplane.study.safety.mission import DEPTH_MAX, ONSETS
+from sternplane.study.safety.mission_trials import SINKING
 from sternplane.study.safety.page import page
 from sternplane.study.safety.store import Store
 from sternplane.study.safety.struck import FINS, ON_BUS, struck
@@ -342,7 +343,8 @@ def test_the_full_form_has_every_trial_at_every_onset_with_every_seed_and_a_hund
     assert len({job.key for job in full}) == len(full)
     faults = [job for job in full if job.trial]
     assert len(faults) == 8 * sum(len(trial.onsets) for trial in TRIALS.values())
-    assert sum(len(trial.onsets) == 3 or trial.from_start for trial in TRIALS.values()) >= len(TRIALS) - 10
+    fewer = {t.title for t in TRIALS.values() if t.faults and len(t.onsets) < 3 and not t.from_start}
+    assert fewer - {t.title for t in SINKING.trials} == {"stuck:weight, off:esc", "silent:hardpoint, off:esc"}
     quiet = [job for job in full if not job.trial]
     assert len(quiet) == 100
     assert {job.eddies for job in quiet} == {0.0, 0.1}
@@ -392,6 +394,25 @@ def test_a_scenario_of_a_job_is_one(tmp_path):
         assert len(table["faults"]) == title.count(":")
         assert bool(table["environment"].get("bottom")) == title.startswith("bottom")
         assert all(f"@{ONSETS[1]:g}" in fault for fault in table["faults"])
+
+
+def test_a_slow_mission_is_struck_where_a_fast_one_would_be_and_gets_its_time(tmp_path):
+    slow, fast = Job("NPS AUV II at 0.8 m/s: off:dvl", 2, 1000), Job("off:dvl", 2, 1000)
+    flights = []
+    for job in (slow, fast):
+        (tmp_path / "one.toml").write_text(written(job))
+        flights.append(read_toml(tmp_path / "one.toml"))
+    for of, how_much in (("duration_s", 1.8 / 0.8), ("start", 0.8 / 1.8)):
+        values = [flight[of]["n_rpm"] if of == "start" else flight[of] for flight in flights]
+        assert values[0] == pytest.approx(how_much * values[1])
+    assert [flight["waypoints"][0]["speed_m_s"] for flight in flights] == [0.8, 1.8]
+    struck_at = [parse_fault(flight["faults"][0]).t for flight in flights]
+    assert struck_at[0] == pytest.approx(1.8 / 0.8 * struck_at[1])
+
+
+def test_water_may_be_too_deep_to_hear_its_bottom(tmp_path):
+    (tmp_path / "one.toml").write_text(written(Job("no bottom in reach: off:dvl", 0, 1000)))
+    assert read_toml(tmp_path / "one.toml")["environment"]["bottom_depth_m"] == 400.0
 
 
 def test_a_bar30_measures_in_place_of_the_node_with_less_noise_than_it_has_steps(tmp_path):

@@ -8,11 +8,12 @@ from typing import NamedTuple
 
 from firmware_py.error_text import quoted
 from firmware_py.run.usage_error import UsageError
-from sternplane.study.safety import other_vehicle_trials, sensor_trials, vehicle_trials
+from sternplane.study.safety import mission_trials, other_vehicle_trials, sensor_trials, vehicle_trials
 from sternplane.study.safety.mission import QUIET
 from sternplane.study.safety.trial import Group, Trial
 
-GROUPS: tuple[Group, ...] = (*sensor_trials.GROUPS, *vehicle_trials.GROUPS, *other_vehicle_trials.GROUPS)
+_TABLES = (sensor_trials, vehicle_trials, mission_trials, other_vehicle_trials)
+GROUPS: tuple[Group, ...] = tuple(group for table in _TABLES for group in table.GROUPS)
 TRIALS = {trial.title: trial for group in GROUPS for trial in group.trials}
 LEFT_OUT = {
     "jump:clock": "needs ticks that keep the time of a clock: --pace realtime, a flight of minutes each",

@@ -76,6 +76,8 @@ def written(job: Job) -> str:
         vehicle=trial.vehicle,
         afloat=trial.afloat,
         coarse=trial.coarse,
+        speed=trial.speed,
+        bottom=trial.bottom,
     )
 
 

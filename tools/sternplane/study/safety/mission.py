@@ -13,7 +13,7 @@ PLACES = ("5 m", "9 m", "25 m")
 DEPTH_MAX, BOTTOM = 30.0, 40.0
 """The rule's limit and the depth of the water, m."""
 LONGEST = 450.0
-"""A flight that has not ended by then is given up, s."""
+"""A flight at cruising speed that has not ended by then is given up, s; a slower one later."""
 QUIET = 600.0
 """A flight without faults, s."""
 
@@ -76,6 +76,8 @@ def scenario(
     vehicle: str = NPS,
     afloat: bool = False,
     coarse: bool = False,
+    speed: float = 0.0,
+    bottom: float = BOTTOM,
 ) -> str:
     """Return the scenario of one flight with faults.
 
@@ -88,8 +90,13 @@ def scenario(
         vehicle: one of CRUISE.
         afloat: whether it begins at rest at the surface.
         coarse: whether the pressure has less noise than a Bar30 has steps.
+        speed: of the mission, m/s; 0 is the cruise of the vehicle.
+        bottom: how deep the water is where no profile says so, m.
     """
-    head, (speed, _) = _head(faults, LONGEST, eddies, learning, profile, vehicle, afloat), CRUISE[vehicle]
+    cruise, rpm = CRUISE[vehicle]
+    speed = speed or cruise
+    start = _AFLOAT if afloat else _UNDER_WAY.format(speed=speed, rpm=rpm * speed / cruise)
+    head = _head(faults, LONGEST * cruise / speed, eddies, learning, profile, start, bottom)
     return f"watch_s = {watch}\n" + head + "".join([waypoint(place, speed) for place in _LEGS]) + _COARSE * coarse
 
 
@@ -99,7 +106,7 @@ def quiet_scenario(duration: float, *, eddies: float, learning: bool = True) -> 
     for i in range(int(duration / 25.0) + 2):
         legs.append((45.0 * (i + 1), 15.0 * (i % 2), 6.0 + 6.0 * (i // 2 % 3)))
     return (
-        _head((), duration, eddies, learning, ())
+        _head((), duration, eddies, learning, (), _UNDER_WAY.format(speed=CRUISE[NPS][0], rpm=CRUISE[NPS][1]), BOTTOM)
         + "".join([waypoint(place, CRUISE[NPS][0]) for place in legs])
         + _NOISE
     )
@@ -111,18 +118,17 @@ def _head(
     eddies: float,
     learning: bool,
     profile: Sequence[tuple[float, float]],
-    vehicle: str = NPS,
-    afloat: bool = False,
+    start: str,
+    bottom: float,
 ) -> str:
-    speed, rpm = CRUISE[vehicle]
     points = ", ".join(f"{{ north_m = {north}, depth_m = {depth} }}" for north, depth in profile)
     return _HEAD.format(
         duration=duration,
         faults=list(faults),
-        bottom=BOTTOM,
+        bottom=bottom,
         eddies=eddies,
         profile=f"bottom = [{points}]" if profile else "",
-        start=_AFLOAT if afloat else _UNDER_WAY.format(speed=speed, rpm=rpm),
+        start=start,
         learning="" if learning else _NO_LEARNING,
         depth_max=DEPTH_MAX,
     )

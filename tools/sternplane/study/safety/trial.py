@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from sternplane.campaign.files import file_name
-from sternplane.study.safety.mission import NPS, ONSETS
+from sternplane.study.safety.mission import BOTTOM, CRUISE, NPS, ONSETS
 
 
 class Named(NamedTuple):
@@ -70,6 +70,8 @@ class Trial(NamedTuple):
         short: whether the short form has it.
         watch: for how long it is watched after it surfaced and disarmed itself, s: it may sink again.
         vehicle: what is flown: a name of `mission.CRUISE`.
+        speed: of the mission, m/s; 0 is the cruise of the vehicle.
+        bottom: how deep the water is, m.
         from_start: whether it strikes at switch-on instead, and
         afloat: whether the vehicle is at rest at the surface then.
         coarse: whether depth is measured by a Bar30, in steps of 10 Pa, with less noise than that.
@@ -89,6 +91,8 @@ class Trial(NamedTuple):
     short: bool = False
     watch: float = 0.0
     vehicle: str = NPS
+    speed: float = 0.0
+    bottom: float = BOTTOM
     from_start: bool = False
     afloat: bool = False
     coarse: bool = False
@@ -101,7 +105,9 @@ class Trial(NamedTuple):
 
     def begins(self, onset: int) -> float:
         """Return the time of an onset, given by its number, s."""
-        return 0.0 if self.from_start else ONSETS[onset]
+        if self.from_start:
+            return 0.0
+        return ONSETS[onset] * (CRUISE[self.vehicle][0] / self.speed if self.speed else 1.0)
 
     def at(self, onset: int) -> tuple[str, ...]:
         """Return the faults that begin at an onset, given by its number."""

@@ -1,0 +1,135 @@
+"""The trials of heavy hulls, of what sinks again, of slow missions and of water too deep to hear its bottom."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sternplane.study.safety.trial import Allowed, Group, Named, Trial
+from sternplane.study.safety.vehicle_trials import WATCH
+
+_NO_TILT, _NO_DEPTH = "without a tilt to believe it comes up", "without a depth to believe it comes up"
+_TOO_HEAVY = "more than the depth law and the drop weight make good: it comes up under full power"
+_BEYOND_ITS_MODEL = (
+    Allowed(
+        ("dvl", "pressure"),
+        ("CURRENT", "DRIFT", "UNDECIDED"),
+        "a hull held up by its angle of attack alone is beyond the model that speed and depth are compared with",
+    ),
+    Allowed(
+        ("rudder_upper", "rudder_lower"),
+        ("WEAK",),
+        "so is what rudders do at that angle and speed, when the coefficients were learned lighter",
+    ),
+)
+HEAVY = Group(
+    "A hull heavier than its drop weight",
+    tuple(
+        Trial(
+            f"ballast:weight={percent}",
+            (f"ballast:weight={percent}@{{t}}",),
+            note="at the surface it sinks again, and comes up again",
+            ends=_TOO_HEAVY,
+            allowed=_BEYOND_ITS_MODEL,
+            watch=WATCH,
+        )
+        for percent in ("2.5", "3")
+    ),
+)
+
+
+def _sinks_again(*blinded: str) -> Trial:
+    """Return a trial of a vehicle that came up for a leak, lost what tells where it is, and fills."""
+    faults = ("set:leak=100@{t}", *(f"{fault}@80" for fault in blinded), "ballast:weight=1@90")
+    return Trial(
+        f"set:leak=100; at the surface {', '.join((*blinded, 'ballast:weight=1'))}",
+        faults,
+        Named((), 3.0, rules=("LEAK",)),
+        "disarmed it sinks, and what is left has to tell",
+        "water comes in: it comes up",
+        onsets=(0,),
+        watch=WATCH,
+    )
+
+
+SINKING = Group(
+    "What sinks again at the surface",
+    (
+        _sinks_again("freeze:fix"),
+        _sinks_again("freeze:pressure"),
+        _sinks_again("off:pressure"),
+        _sinks_again("off:pressure", "freeze:fix"),
+        _sinks_again("off:dvl", "off:altimeter"),
+    ),
+)
+
+
+def _slow(vehicle: str, name: str, speed: float, title: str, *faults: str, **more: Any) -> Trial:
+    onsets = (0, 1, 2) if faults else (0,)
+    return Trial(f"{name} at {speed:g} m/s: {title}", faults, vehicle=vehicle, speed=speed, onsets=onsets, **more)
+
+
+SLOW = Group(
+    "Slow missions",
+    (
+        *(
+            _slow(vehicle, name, speed, "no fault", note="nothing fails: it dives, and comes up")
+            for vehicle, name, speed in (
+                ("npsauv2", "NPS AUV II", 0.7),
+                ("npsauv2", "NPS AUV II", 1.0),
+                ("remus100", "REMUS 100", 0.8),
+                ("torpedo_x", "X tail", 0.6),
+                ("torpedo_x", "X tail", 1.0),
+            )
+        ),
+        _slow("npsauv2", "NPS AUV II", 0.8, "off:ahrs", "off:ahrs@{t}", named=Named(("ahrs",), 0.6), ends=_NO_TILT),
+        _slow("npsauv2", "NPS AUV II", 0.8, "off:dvl", "off:dvl@{t}", named=Named(("dvl",), 2.1)),
+        _slow(
+            "npsauv2",
+            "NPS AUV II",
+            0.8,
+            "freeze:pressure",
+            "freeze:pressure@{t}",
+            named=Named(("pressure",), 0.5),
+            ends=_NO_DEPTH,
+        ),
+        _slow("torpedo_x", "X tail", 1.2, "off:dvl", "off:dvl@{t}", named=Named(("dvl",), 2.1)),
+    ),
+)
+_DEEP_WATER = 400.0
+
+
+_UNCHECKED = ("DEPTH_UNCHECKED",)
+"""That pressure alone tells the depth is said after a minute under water."""
+_TRIMMED = (
+    Allowed(
+        ("pressure",),
+        ("UNDECIDED",),
+        "without a DVL an angle of attack that ballast makes and a pressure that drifts contradict the pitch alike",
+    ),
+)
+
+
+def _deep(title: str, *faults: str, **more: Any) -> Trial:
+    onsets = (0, 1, 2) if faults else (0,)
+    title = f"no bottom in reach: {title}"
+    return Trial(title, faults, bottom=_DEEP_WATER, onsets=onsets, before=_UNCHECKED, **more)
+
+
+DEEP = Group(
+    "Water too deep to hear its bottom",
+    (
+        _deep("no fault", note="nothing fails: it dives, and comes up under power"),
+        _deep("off:ahrs", "off:ahrs@{t}", named=Named(("ahrs",), 0.6), ends=_NO_TILT),
+        _deep("off:dvl", "off:dvl@{t}", named=Named(("dvl",), 2.1)),
+        _deep("off:pressure", "off:pressure@{t}", named=Named(("pressure",), 1.1), ends=_NO_DEPTH),
+        _deep("freeze:pressure", "freeze:pressure@{t}", named=Named(("pressure",), 0.5), ends=_NO_DEPTH),
+        _deep(
+            "ballast:weight=1.5",
+            "ballast:weight=1.5@{t}",
+            note="trimmed by the depth law",
+            allowed=_TRIMMED,
+            watch=WATCH,
+        ),
+    ),
+)
+GROUPS = (HEAVY, SINKING, SLOW, DEEP)
