@@ -39,12 +39,25 @@ turbulence_m_s = 0.02
 """
 
 
-def test_a_small_quick_hull_turns_with_its_reference(tmp_path: Path) -> None:
-    """Poles by size and speed alone left it more than twice as far behind: its own are up to eight times as fast."""
-    hull, scenario, run = tmp_path / "hull", tmp_path / "turn.toml", tmp_path / "run"
+def turned(folder: Path, law: str) -> dict[str, float]:
+    """Return the summary of the LAUV's turn."""
+    hull, scenario, run = folder / "hull", folder / "turn.toml", folder / "run"
     scenario.write_text(TURN)
     assert main(["vehicle", "import", str(PUBLISHED / "lauv.csv"), "--out", str(hull)]) == 0
     words = ["--config", str(hull), "--scenario", str(scenario), "--out", str(run), "--no-report"]
-    assert main(["sitl", *words, "--set", "autopilot.control.adoption.enabled=false"]) == 0
-    summary = json.loads((run / "summary.json").read_text())
+    settings = ("autopilot.control.adoption.enabled=false", f"autopilot.control.law={law}")
+    assert main(["sitl", *words, *(word for setting in settings for word in ("--set", setting))]) == 0
+    return dict(json.loads((run / "summary.json").read_text()))
+
+
+def test_a_small_quick_hull_turns_with_its_reference(tmp_path: Path) -> None:
+    """Poles by size and speed alone left it more than twice as far behind: its own are up to eight times as fast."""
+    assert turned(tmp_path, "sliding")["heading_tracking_error_rms_deg"] < 1.6
+
+
+def test_the_pid_of_a_small_hull_has_gains_of_its_size(tmp_path: Path) -> None:
+    """With those of a hull five times as long its fins swung at 19 deg/s, their limit, all the way."""
+    summary = turned(tmp_path, "pid")
+    assert summary["fin_travel_deg_s"] < 1.5
     assert summary["heading_tracking_error_rms_deg"] < 1.6
+    assert summary["depth_tracking_error_rms_m"] < 0.15

@@ -118,6 +118,17 @@ def autopilot(vehicle: Vehicle, simulated: Truth) -> dict[str, Any]:
                 "delta_sw_rad": between(0.4, 0.2, T),
                 "bandwidth_1_s": heading_bandwidth,
             },
+            "depth_pid": {
+                "k_rate": between(3.5, 0.3, T),
+                "k_angle": between(5.5, 1.2, T),
+                "k_depth": between(0.13, 0.4, T),
+                "k_integral": between(0.001, 0.003, T),
+            },
+            "heading_pid": {
+                "k_rate": between(5.0, 0.4, T),
+                "k_angle": between(4.0, 1.0, T),
+                "k_integral_1_s": between(0.05, 0.1, T),
+            },
         },
         "guidance": {
             "climb_max_m_s": _round(0.25 * U),
