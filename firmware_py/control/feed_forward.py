@@ -5,6 +5,7 @@ Both kinds of law use them, so that sliding mode and PID track the same states w
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from firmware_py.marine import clip, euler_rates, wrap
@@ -14,6 +15,8 @@ from firmware_py.vehicle.linear_models import LinearModel, Vector3
 
 CLIMB_BIAS_MAX = 0.3
 """Bound of the vertical velocity that the diving model leaves out, m/s."""
+PITCH_MAX = math.radians(25.0)
+"""To make good what the diving model leaves out no steeper pitch is desired, rad: way and lift would be lost."""
 SWAY_RATIO_MAX = 0.5
 """Bound of the steering model's sway over the speed."""
 
@@ -62,7 +65,8 @@ def track_depth(
     """
     (a_qq, a_qt, _), _, (_, minus_u, _) = model.A
     b_q, _, _ = model.b
-    theta_d = (reference.z_d_dot - climb_bias) / minus_u
+    steepest = max(PITCH_MAX, abs(reference.z_d_dot / minus_u))
+    theta_d = clip((reference.z_d_dot - climb_bias) / minus_u, -steepest, steepest)
     q_d = reference.z_d_ddot / minus_u
     delta_ff = (reference.z_d_dddot / minus_u - a_qq * q_d - a_qt * theta_d) / b_q
     return Tracking((theta_dot - q_d, state.eta.theta - theta_d, state.eta.z - reference.z_d), delta_ff)

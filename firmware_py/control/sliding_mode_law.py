@@ -2,7 +2,7 @@
 
 Poles grow with the speed, as what fins do does. The righting moment does not: poles that are slower than those that the
 hull has by it have the planes hold against it, at low speed to the ends of their travel, where the vehicle dives on at
-any error of depth. So poles are fast enough for `_AGAINST`, but for its sake not faster than at the trim speed.
+any error of depth. So poles are as fast as those are, but for their sake not faster than at the trim speed.
 """
 
 from __future__ import annotations
@@ -20,9 +20,6 @@ from firmware_py.control.sliding_mode_params import SlidingGains
 from firmware_py.marine import clip
 from firmware_py.params import ParamError
 from firmware_py.vehicle.linear_models import LinearModel, Vector3
-
-_AGAINST = 0.5
-"""Against the righting moment planes are held by no more than this share of the pitch."""
 
 
 class SlidingModeLaw:
@@ -67,8 +64,7 @@ class SlidingModeLaw:
         p1, p2 = gains.poles
         scale = 1.0
         if gains.scaled:
-            kept = max(0.0, model.righting - _AGAINST * abs(model.b[0]))  # of the righting moment
-            scale = max(speed_ratio, min(1.0, math.sqrt(kept / (p1 * p2))))
+            scale = max(speed_ratio, min(1.0, math.sqrt(model.righting / (p1 * p2))))
         poles = cautious_poles(model, (p1 * scale, p2 * scale), caution)
         design = design_sliding_mode(model, poles, self._s_last, gains.delta_sw, gains.phi_b)
         if gains.phi_b > 0.0:

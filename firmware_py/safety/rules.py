@@ -81,8 +81,6 @@ _LATE = 3.0
 """With a slow stern plane the vehicle pulls up later by so much, s."""
 _SWING, _STEEP = 2.0 / 3.0, math.radians(30.0)
 """With a slow stern plane it cannot stop a swing beyond this share of `pitch_max`, or this, rad: the greater counts."""
-_JUST = 300.0
-"""Where a program ended so short a time ago, s, the vehicle still is under water, if it was."""
 _NEARER = 5.0
 """Without depth and fix, a bottom nearer by so much than where a fix was last heard, m, means that it sinks."""
 _FLOWN = (Mode.HOLD, Mode.MISSION, Mode.LOITER, Mode.GUIDED, Mode.RETURN)
@@ -153,10 +151,9 @@ def _sunk(c: Conditions, p: SafetyParams) -> bool:
 
 
 def _restarted(c: Conditions, p: SafetyParams) -> bool:
-    kept = c.start.kept
-    still_there = kept.depth > p.submerged_depth and kept.ago < _JUST
     unknown = not c.depth_ok and not _speaks_of_air(c)
-    return c.start.was_armed and (surely_under_water(c, p) or (unknown and still_there))
+    still_there = unknown and c.start.kept.still_under_water(p.submerged_depth)
+    return c.start.was_armed and (surely_under_water(c, p) or still_there)
 
 
 def _begun_under_water(c: Conditions, p: SafetyParams) -> bool:

@@ -14,6 +14,11 @@ from typing import NamedTuple
 
 from firmware_py.records.order import Mode
 
+_JUST = 300.0
+"""Where a program ended so short a time ago, s, the vehicle still is under water, if it was."""
+_DOUBT = 4
+"""So many times as long a shallow depth must hold there: a pressure that is stuck is found out meanwhile."""
+
 
 class KeptMode(NamedTuple):
     """The mode in which an earlier run of the program ended, how long before this run that was, s, and how deep, m."""
@@ -21,6 +26,10 @@ class KeptMode(NamedTuple):
     mode: Mode = Mode.DISARMED
     ago: float = 0.0
     depth: float = 0.0
+
+    def still_under_water(self, submerged: float) -> bool:
+        """Return whether nobody can have lifted it out since; deeper than `submerged`, m, is under water."""
+        return self.depth > submerged and self.ago < _JUST
 
 
 NOT_ARMED = KeptMode()
@@ -44,11 +53,14 @@ class Start(NamedTuple):
         """Return whether it may have to come up by itself."""
         return self.open and self.kept.mode is not Mode.DISARMED
 
-    def after_a_tick(self, settled: bool, at_surface: bool, ticks: int) -> Start:
-        """Return what is remembered after a tick; it is over once `settled`, or `at_surface` for more than `ticks`."""
+    def after_a_tick(self, settled: bool, at_surface: bool, ticks: int, submerged: float) -> Start:
+        """Return what is remembered after a tick; it is over once `settled`, or `at_surface` for more than `ticks`.
+
+        Where the earlier run ended a moment ago deeper than `submerged`, m, it takes four times as long.
+        """
         if not self.open:
             return self
-        if settled or self.shallow >= ticks:
+        if settled or self.shallow >= ticks * (_DOUBT if self.kept.still_under_water(submerged) else 1):
             return OVER
         shallow = self.shallow + 1 if at_surface else 0
         return self if shallow == self.shallow else self._replace(shallow=shallow)

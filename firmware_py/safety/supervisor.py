@@ -153,7 +153,7 @@ class Supervisor:
             watched=watched,
             depth=depth,
             altitude_up=c.altitude if up or was.altitude_up != was.altitude_up else was.altitude_up,
-            start=was.start.after_a_tick(settled, c.depth_ok and shallow, ticks),
+            start=was.start.after_a_tick(settled, c.depth_ok and shallow, ticks, params.submerged_depth),
         )
         return ModeState(
             mode=mode,

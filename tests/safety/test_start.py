@@ -183,6 +183,18 @@ def test_nor_where_a_good_depth_or_a_fix_says_otherwise() -> None:
     assert vehicle.mode is Mode.DISARMED
 
 
+@pytest.mark.parametrize(("kept", "mode"), [(DEEP, Mode.SURFACE), (KEPT, Mode.DISARMED)])
+def test_where_it_was_deep_a_moment_ago_a_pressure_has_time_to_be_found_stuck_near_zero(
+    kept: KeptMode, mode: Mode
+) -> None:
+    """It had 5 s of 0.2 m and was taken for one that is at the surface; the pressure was found out after 9 s."""
+    vehicle = restarted(kept)
+    said(vehicle, 1600, z=0.2)
+    assert vehicle.mode is Mode.DISARMED
+    said(vehicle, LONG, depth_ok=False)
+    assert vehicle.mode is mode
+
+
 def test_a_receiver_that_repeats_its_last_fix_does_not_speak_of_air() -> None:
     frozen = ALL_GOOD._replace(fix=SourceHealth(SourceState.SUSPECT, SourceFault.FROZEN))
     vehicle = restarted(DEEP)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from sternplane.study.safety.campaign import Job
+from sternplane.study.safety.flight import written
 
 from firmware_py.records.estimate import VelocitySource
 from firmware_py.records.health import SourceState
@@ -28,6 +30,14 @@ def test_without_dvl_its_model_dives_as_fast_as_it_does_and_no_pressure_is_accus
     assert np.abs(modelled - true).max() < 0.05
     sources = {cycle.state.velocity_source for cycle, at in zip(log.cycles, deep, strict=True) if at}
     assert sources == {VelocitySource.HULL_MODEL}
+
+
+def test_slow_in_eddies_an_eighth_of_its_speed_it_flies_its_mission(flown: Flights) -> None:
+    """Its planes held its bow down against the righting moment, it lost its way, and stood at 50 deg of pitch."""
+    outcome, log = flown(written(Job("REMUS 100 at 0.8 m/s: no fault", 0, 1003)), seed=1003, vehicle="remus100")
+    assert outcome.completed
+    assert log.truth["eta.z"].max() < 29.0
+    assert np.degrees(log.truth["eta.theta"]).min() > -45.0
 
 
 SLOW, DEEPER = hold(8.0).replace("1.8", "0.6"), "[[orders]]\nt_s = 20.0\ndepth_m = 16.0\n"

@@ -54,6 +54,10 @@ _CARRIED = math.radians(5.0)
 """1 sigma of a heading that gyros carry, rad: their bias over ten minutes, and what was off when it was noticed."""
 OUTLIER_SIGMAS = 5.0
 """A fix so many sigmas away is not explained by chance."""
+_AVERAGED = 5
+"""Over so many fixes is averaged by how much a second they move the position: noise cancels, a wrong velocity stays."""
+_RUN = 10.0
+"""Fixes further apart than this, s, are no run: what moved the vehicle in between is another thing."""
 _CARRIED_SPEED = 3.0
 """Faster than this no vehicle is carried at the surface, m/s."""
 
@@ -62,7 +66,9 @@ class PositionMemory(NamedTuple):
     """North and east (m), the two kinds of error, and the time of validity of the last fix.
 
     `refused` is how many fixes in a row contradicted the position and agreed with each other; the last one was `off_x`
-    north and `off_y` east of it, m. `jump` is by how much such fixes put the position right in this tick, m.
+    north and `off_y` east of it, m. `jump` is by how much such fixes put the position right in this tick, m. Fixes move
+    it by `pull_x` and `pull_y` a second, on the average of some, m/s; `astray` is what chance does not explain of that:
+    by so much the velocity is off.
     """
 
     x: float
@@ -74,6 +80,9 @@ class PositionMemory(NamedTuple):
     off_x: float = 0.0
     off_y: float = 0.0
     jump: float = 0.0
+    pull_x: float = 0.0
+    pull_y: float = 0.0
+    astray: float = 0.0
 
 
 def start(params: PositionParams) -> PositionMemory:
@@ -109,7 +118,8 @@ def take_fix(
     """Take a fix in by its scalar Kalman gain, moved from its time of validity to t with `velocity` (m/s, NED).
 
     A fix more than OUTLIER_SIGMAS away is refused. `fix_resets` of them in a row that agree with each other, or the
-    first of a run, show that the vehicle was carried, or the estimate wrong: that fix is the position then.
+    first of a run, show that the vehicle was carried, or the estimate wrong: that fix is the position then. Fixes that
+    go on moving the position to one side show that the velocity is off.
     """
     if not is_fresh(heard, memory.t_fix, t):
         return memory
@@ -139,8 +149,25 @@ def take_fix(
         max((1.0 - gain) * variance, params.fix_bias_std**2),
         0.0,
         heard.t_valid,
-        jump=jump,
+        0,
+        0.0,
+        0.0,
+        jump,
+        *_pull(memory, heard.t_valid, 0.0 if beyond else gain, dx, dy, variance),
     )
+
+
+def _pull(
+    memory: PositionMemory, t: float, gain: float, dx: float, dy: float, variance: float
+) -> tuple[float, float, float]:
+    """Return pull_x, pull_y and astray after a fix at t, dx and dy off, that was taken in by `gain`."""
+    interval = t - memory.t_fix
+    if interval > _RUN:
+        return 0.0, 0.0, 0.0
+    pull_x = memory.pull_x + (gain * dx / interval - memory.pull_x) / _AVERAGED
+    pull_y = memory.pull_y + (gain * dy / interval - memory.pull_y) / _AVERAGED
+    by_chance = gain * variance / interval**2  # three sigmas of the average
+    return pull_x, pull_y, math.sqrt(max(0.0, pull_x**2 + pull_y**2 - by_chance))
 
 
 def std(memory: PositionMemory) -> float:

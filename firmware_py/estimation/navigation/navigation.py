@@ -125,7 +125,7 @@ class Navigation:
         rate = dead_reckoning.drift_rate(params.position, math.hypot(x_dot, y_dot), attitude_ok, carried, lasting)
         if t - vel.ping.t > params.velocity.timeout:
             walk += dead_reckoning.wander_rate(vel.turbulence) * dt
-        x, y, drift = x + x_dot * dt, y + y_dot * dt, drift + rate * dt
+        x, y, drift = x + x_dot * dt, y + y_dot * dt, drift + (rate + was.position.astray) * dt
         gap = now.t - before.t
         if 0.0 < gap <= params.velocity.timeout:
             # The velocity went from the last one to this one while the last one was held.

@@ -95,6 +95,20 @@ def test_the_desired_pitch_gives_the_vertical_velocity_asked_for_over_what_the_m
     assert minus_u * theta_d + bias == pytest.approx(z_d_dot)
 
 
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_what_the_model_leaves_out_is_not_made_good_by_a_steep_pitch_but_what_is_ordered_may_be_steep(
+    sign: float,
+) -> None:
+    def desired(z_d_dot: float, bias: float) -> float:
+        reference = dataclasses.replace(REFERENCE, z_d_dot=sign * z_d_dot)
+        return sign * track_depth(diving_model(VEHICLE, 0.6), reference, state(), 0.0, sign * bias).error[1]
+
+    assert desired(0.1, -0.3) == pytest.approx(math.radians(25.0))
+    assert desired(0.1, -0.1) == pytest.approx(0.2 / 0.6)
+    assert desired(0.5, -0.3) == pytest.approx(0.5 / 0.6)
+    assert desired(0.5, 0.1) == pytest.approx(0.4 / 0.6)
+
+
 @pytest.mark.parametrize("params", [LAWS["own"], LAWS["pid"]])  # the paper's gains do not measure it
 def test_a_vehicle_that_sinks_on_a_level_keel_is_steered_bow_up(params: ControlParams) -> None:
     control = Control(params, VEHICLE)

@@ -211,4 +211,5 @@ class Judge:
             return t - since >= self._watch
         if abs(depth - before) > _RISE:
             self._rest = t, depth
+            return False
         return t - since >= _REST

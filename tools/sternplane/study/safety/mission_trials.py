@@ -68,25 +68,27 @@ def _slow(vehicle: str, name: str, speed: float, title: str, *faults: str, **mor
     return Trial(f"{name} at {speed:g} m/s: {title}", faults, vehicle=vehicle, speed=speed, onsets=onsets, **more)
 
 
+_SWAMPED = "eddies of a sixth of its speed hold its planes at their stops, or carry it off its depth: it comes up"
 SLOW = Group(
     "Slow missions",
     (
         *(
-            _slow(vehicle, name, speed, "no fault", note="nothing fails: it dives, and comes up")
-            for vehicle, name, speed in (
-                ("npsauv2", "NPS AUV II", 0.7),
-                ("npsauv2", "NPS AUV II", 1.0),
-                ("remus100", "REMUS 100", 0.8),
-                ("torpedo_x", "X tail", 0.6),
-                ("torpedo_x", "X tail", 1.0),
+            _slow(vehicle, name, speed, "no fault", note="nothing fails: it dives, and comes up", ends=ends)
+            for vehicle, name, speed, ends in (
+                ("npsauv2", "NPS AUV II", 0.7, _SWAMPED),
+                ("npsauv2", "NPS AUV II", 1.0, ""),
+                ("remus100", "REMUS 100", 0.8, _SWAMPED),
+                ("remus100", "REMUS 100", 1.1, ""),
+                ("torpedo_x", "X tail", 0.6, _SWAMPED),
+                ("torpedo_x", "X tail", 1.1, ""),
             )
         ),
-        _slow("npsauv2", "NPS AUV II", 0.8, "off:ahrs", "off:ahrs@{t}", named=Named(("ahrs",), 0.6), ends=_NO_TILT),
-        _slow("npsauv2", "NPS AUV II", 0.8, "off:dvl", "off:dvl@{t}", named=Named(("dvl",), 2.1)),
+        _slow("npsauv2", "NPS AUV II", 1.0, "off:ahrs", "off:ahrs@{t}", named=Named(("ahrs",), 0.6), ends=_NO_TILT),
+        _slow("npsauv2", "NPS AUV II", 1.0, "off:dvl", "off:dvl@{t}", named=Named(("dvl",), 2.1)),
         _slow(
             "npsauv2",
             "NPS AUV II",
-            0.8,
+            1.0,
             "freeze:pressure",
             "freeze:pressure@{t}",
             named=Named(("pressure",), 0.5),

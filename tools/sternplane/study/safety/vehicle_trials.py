@@ -204,6 +204,9 @@ WATER = Group(
             ("ballast:x_G=0.05@{t}",),
             note="trimmed by the stern planes under way; coming up, the drop weight's release is told",
             ends=_NO_STEERING,
+            allowed=(
+                Allowed(STERNS, ("LOST", "WEAK"), "they stand near their stops: an eddy then looks as if they let go"),
+            ),
             bound=Bound("5 cm forward, only way above 1.8 m/s or a weight dropped from the bow brings it up"),
         ),
         Trial(
