@@ -206,6 +206,7 @@ WATER = Group(
             ends=_NO_STEERING,
             allowed=(
                 Allowed(STERNS, ("LOST", "WEAK"), "they stand near their stops: an eddy then looks as if they let go"),
+                Allowed(RUDDERS, ("WEAK",), "it comes up for minutes at 8 deg of angle of attack, beyond its model"),
             ),
             bound=Bound("5 cm forward, only way above 1.8 m/s or a weight dropped from the bow brings it up"),
         ),
