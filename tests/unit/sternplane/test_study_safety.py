@@ -91,6 +91,14 @@ WARNED = {"events": (event(EventKind.RULE_WARNS, cause=Cause.BATTERY_LOW),)}
         ([(50.0, 1.1, Mode.SURFACE, Cause.MISSION_DONE)], Ending.LOST),
         ([(50.0, 9.0, Mode.DISARMED, Cause.ORDERED)], Ending.LOST),
         ([(50.0, 9.0, Mode.SURFACE, Cause.LEAK, RULE), (60.0, 9.0, Mode.DISARMED, Cause.SURFACED)], Ending.LOST),
+        ([(50.0, 0.9, Mode.DISARMED, Cause.SURFACED, RULE), (60.0, 1.1, Mode.DISARMED, Cause.SURFACED)], Ending.BELOW),
+        (
+            [
+                (50.0, 0.9, Mode.DISARMED, Cause.SURFACED, RULE),
+                *((t, 1.1, Mode.DISARMED, Cause.SURFACED) for t in (60.0, 91.0)),
+            ],
+            Ending.LOST,
+        ),
         ([(50.0, 33.1, Mode.SURFACE, Cause.DEPTH_LIMIT, RULE), (99.0, 0.0, Mode.SURFACE, Cause.LEAK)], Ending.DEEP),
         ([(50.0, 32.9, Mode.SURFACE, Cause.DEPTH_LIMIT, RULE), (99.0, 0.0, Mode.SURFACE, Cause.LEAK)], Ending.UP),
         ([(50.0, 5.0, Mode.MISSION, Cause.ORDERED, {"fins": (math.nan,)}), SAFE[1]], Ending.NOT_FINITE),

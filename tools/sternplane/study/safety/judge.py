@@ -25,6 +25,8 @@ _RISE = 0.2
 _AT_REST = 1.0
 """A vehicle that has been disarmed at the surface for so long, s, is up."""
 _SOURCES = (EventKind.SENSOR_SUSPECT, EventKind.SENSOR_LOST)
+_SINKS_AGAIN = 30.0
+"""So long, s, has a vehicle that lies disarmed as "surfaced" to find out that it sinks."""
 _WEIGHT = (EventKind.WEIGHT_NOT_RELEASED, EventKind.WEIGHT_SILENT)
 _RULES = (EventKind.MODE_CHANGED, EventKind.RULE_HOLDS, EventKind.RULE_WARNS)
 
@@ -73,6 +75,7 @@ class Found:
         t_drop: when the weight fell; infinite if it did not.
         t_surfacing: when SURFACE began for the last time; infinite if it never did.
         t_up: since when it has been at the surface; infinite if it is not.
+        t_down: since when it has been below; infinite if it is not.
         end_depth: true depth at the end.
         end_estimate: estimated depth at the end.
         end_mode: the mode at the end.
@@ -94,6 +97,7 @@ class Found:
     t_drop: float = math.inf
     t_surfacing: float = math.inf
     t_up: float = math.inf
+    t_down: float = math.inf
     end_depth: float = math.nan
     end_estimate: float = math.nan
     end_mode: str = ""
@@ -118,7 +122,8 @@ class Found:
             if math.isfinite(self.t_drop):
                 return Ending.DROPPED
             return Ending.UP if self.brought_up else Ending.FLOWN
-        lies = self.end_cause == Cause.SURFACED.name and self.end_mode == Mode.DISARMED.name
+        surfaced = self.end_cause == Cause.SURFACED.name and self.end_mode == Mode.DISARMED.name
+        lies = surfaced and not self.t_end - self.t_down <= _SINKS_AGAIN
         told = math.isfinite(self.t_drop) or bool(self.rules)
         return Ending.BELOW if told and not lies else Ending.LOST
 
@@ -168,9 +173,11 @@ class Judge:
         if not truth.drop_weight:
             found.t_drop = min(found.t_drop, t)
         if not eta.z < SURFACE:
-            found.t_up = math.inf
-        elif t >= self._onset:
-            found.t_up = min(found.t_up, t)
+            found.t_up, found.t_down = math.inf, min(found.t_down, t)
+        else:
+            found.t_down = math.inf
+            if t >= self._onset:
+                found.t_up = min(found.t_up, t)
         for event in cycle.events:
             self._hear(t, event)
         if cycle.mode.mode is not self._mode:
