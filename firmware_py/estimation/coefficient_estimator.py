@@ -139,9 +139,11 @@ class CoefficientEstimator:
                 self._begin(span)
         if tick.every(VALUES_RATE):
             mute, rates = buffer.mute, buffer.rates(applied.fins)
-            innovations = self._health.trusted, self._health.surprised
+            innovations, moved = (self._health.trusted, self._health.surprised), self._doubts.water.moves
             if self._doubts.update(tick.t, state, mute, rates, doubts, *innovations, self.last.turbulence):
                 self._bounds, self._running = unbounded(self._count), False  # the motion was followed by a wrong model
+                self._permit()
+            elif self._doubts.water.moves != moved:
                 self._permit()
             self.last = self._learned_now(self.last, self._report() if tick.every(REPORT_RATE) else self.last.report)
         return self.last
@@ -192,7 +194,7 @@ class CoefficientEstimator:
 
     def _permit(self) -> None:
         """Let only excited coefficients learn that are not held; the others do not become less certain."""
-        held = [self._doubts.fins.holds(name) for name in self.ekf.names]
+        held = [self._doubts.holds(name) for name in self.ekf.names]
         self.ekf.permit(self._health.excited & ~np.array(held, dtype=np.bool_))
         self._ever |= self._health.excited
 

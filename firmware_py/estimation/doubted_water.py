@@ -4,7 +4,8 @@ That it is steady makes coefficients certain, and wrong where it is not: a front
 minute. So where the gyros contradict the filter, or innovations have become greater than they should be, the current is
 a random walk for some seconds. Innovations that are less, as whenever another coefficient begins to learn, tell nothing
 of the water, and a current that walks without a cause takes what the sway explains. The passes through the flight take
-it for steady too: they begin anew behind that.
+it for steady too: they begin anew behind that. What acts through the flow is not learned meanwhile: from a speed that
+nobody knows everything seems to do less than it does (N_v of a hull that went straight on, 130 sigma off, and valid).
 """
 
 from __future__ import annotations
@@ -69,6 +70,11 @@ class DoubtedWater:
             self._tell()
             if until == -math.inf:
                 ekf.begin_history(near=True)
+
+    @property
+    def moves(self) -> bool:
+        """Whether the current may change: what acts through the flow is held then."""
+        return self._memory.until > -math.inf
 
     def freeze(self) -> DoubtedWaterMemory:
         """Return the whole memory."""

@@ -9,6 +9,7 @@ from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.doubted_fins import DoubtedFins, DoubtedMemory
 from firmware_py.estimation.doubted_sensors import DoubtedSensors, Teachers
 from firmware_py.estimation.doubted_water import DoubtedWater, DoubtedWaterMemory
+from firmware_py.estimation.filter.boost import by_fins
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.health import AxisDoubt
 from firmware_py.vehicle.vehicle import Vehicle
@@ -27,7 +28,11 @@ class Doubts:
 
     def __init__(self, ekf: CoefficientEkf, vehicle: Vehicle) -> None:
         self.fins = DoubtedFins(ekf, vehicle)
-        self._sensors, self._water = DoubtedSensors(ekf, self.fins), DoubtedWater(ekf)
+        self._sensors, self.water = DoubtedSensors(ekf, self.fins), DoubtedWater(ekf)
+
+    def holds(self, name: str) -> bool:
+        """Return whether a coefficient is held: fins, or the water through which all others act, are in doubt."""
+        return self.fins.holds(name) or (self.water.moves and not by_fins(name))
 
     def update(
         self,
@@ -57,15 +62,15 @@ class Doubts:
         """
         doubted = self._sensors.update(t, state)
         changed = self.fins.update(t, mute, rates, axes)
-        self._water.update(t, trusted, surprised, turbulence)
+        self.water.update(t, trusted, surprised, turbulence)
         return doubted or changed
 
     def freeze(self) -> DoubtsMemory:
         """Return the whole memory."""
-        return DoubtsMemory(self.fins.freeze(), self._sensors.freeze(), self._water.freeze())
+        return DoubtsMemory(self.fins.freeze(), self._sensors.freeze(), self.water.freeze())
 
     def thaw(self, memory: DoubtsMemory) -> None:
         """Restore the memory that `freeze` returned."""
         self.fins.thaw(memory.fins)
         self._sensors.thaw(memory.teachers)
-        self._water.thaw(memory.water)
+        self.water.thaw(memory.water)

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pytest
 from sternplane.cli.main import main
 from sternplane.study.cases.honesty import FAR, judged, nothing
 
@@ -13,14 +14,15 @@ PUBLISHED = Path(__file__).parents[1] / "unit" / "sternplane" / "published"
 TABLE = PUBLISHED / "prestero.csv"
 
 
-def test_no_valid_value_is_wrong(tmp_path: Path) -> None:
-    """When another coefficient began to learn the current was let walk; N_v went to -93 %, 61 sigma, and was valid."""
+@pytest.mark.parametrize(("seed", "seconds"), [(2, 120.0), (9, 180.0)])
+def test_no_valid_value_is_wrong(tmp_path: Path, seed: int, seconds: float) -> None:
+    """While the current was let walk N_v went to -93 %, 61 sigma, in another flight to 130, and was valid."""
     hull = tmp_path / "hull"
     assert main(["vehicle", "import", str(TABLE), "--out", str(hull)]) == 0
     whole = (hull / "first_flight.toml").read_text()
-    mission = whole.replace("duration_s = 330.0", "duration_s = 120.0").replace('"surfaced"', '"time"')
-    assert mission.count("120.0") == mission.count('"time"') == 1
-    _, off, valid = judged(mission, str(hull), nothing, 2)
+    mission = whole.replace("duration_s = 330.0", f"duration_s = {seconds}").replace('"surfaced"', '"time"')
+    assert mission.count(f"duration_s = {seconds}") == mission.count('"time"') == 1
+    _, off, valid = judged(mission, str(hull), nothing, seed)
     assert valid[-1].sum() >= 4
     assert np.abs(off[valid]).max() < FAR
 

@@ -11,6 +11,7 @@ import pytest
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import TEN, CoefficientParams
 from firmware_py.estimation.doubted_water import FRONT_TIME, FRONT_WALK, DoubtedWater
+from firmware_py.estimation.doubts import Doubts
 from firmware_py.estimation.model.state import CURRENT_EAST, CURRENT_NORTH
 from firmware_py.records.estimate import Learned
 from tests.estimation.cases import VEHICLE
@@ -47,7 +48,9 @@ def sigmas(one: Learned) -> np.ndarray:
 def test_the_current_is_followed_and_coefficients_are_valid_again(change: float, lasts: float, north: bool) -> None:
     last = learned(change, lasts, north)[-1]
     there = change if north else 0.0, 0.0 if north else change
-    assert last.current == pytest.approx(there, abs=0.03)
+    for found, std, true in zip(last.current, last.current_std, there, strict=True):
+        assert abs(found - true) < max(0.03, 2.0 * std)
+    assert max(last.current_std) < 0.1
     assert sum(last.valid) >= 4
 
 
@@ -104,6 +107,18 @@ def test_eddies_that_were_there_before_are_no_sign(ekf: CoefficientEkf) -> None:
         ekf.iterated[:] = confirmed
         water.update(2.0, True, False, turbulence)
         assert walk(ekf) == 0.0
+
+
+def test_what_acts_through_the_flow_is_not_learned_while_nobody_knows_its_speed(ekf: CoefficientEkf) -> None:
+    doubt = Doubts(ekf, VEHICLE)
+    assert not any(map(doubt.holds, TEN))
+    ekf.iterated[:] = True
+    doubt.water.update(1.0, True, False, 0.0)
+    ekf.bursts += 1
+    doubt.water.update(2.0, True, False, 0.0)
+    assert [name for name in TEN if not doubt.holds(name)] == ["M_ds", "N_dr", "Z_ds", "Y_dr"]
+    doubt.water.update(2.0 + FRONT_TIME, True, False, 0.0)
+    assert not any(map(doubt.holds, TEN))
 
 
 def test_it_goes_on_where_it_was(ekf: CoefficientEkf) -> None:
