@@ -41,6 +41,8 @@ _BOW_UP, _TOO_STEEP = math.radians(3.0), math.radians(70.0)
 """Between these pitches the propeller drives a vehicle up, whatever pitch is desired; with full power from level on."""
 _HEAVY_TIME = 10.0
 """At rest without its weight, a vehicle that still sinks after so long, s, is heavy."""
+_GATHERS = 45.0
+"""A vehicle that rests gathers way in so long, s, before its pitch can lift it."""
 _HYSTERESIS = 1.0
 """So much deeper, m, than where a stage near the surface begins, it ends."""
 NONE, POWERED, BLIND, LEVEL = AscentStage.NONE, AscentStage.POWERED, AscentStage.BLIND, AscentStage.LEVEL
@@ -77,7 +79,7 @@ class Ascent:
             if step.stage is not was.stage:
                 if step.cause is not Cause.NONE or step.stage is STOPPED:  # the others go without saying
                     events += (event(EventKind.ASCENT_STAGE, step.cause, (float(step.stage), *step.numbers)),)
-                m = _enter(m, step.stage, v)
+                m = _enter(m, step.stage, v)._replace(gathers=self._gathers(v) if m.stage is STOPPED else m.gathers)
         waits = m.stage is WAITING or (m.stage is STOPPED and m.t_near == m.t_near) or self.witness.is_overdue(m, v)
         began = m.since if m.stage is WAITING else m.t_near
         if waits and v.t - max(m.t_told, began) >= self._params.tell_period:
@@ -137,9 +139,13 @@ class Ascent:
         off = self._params.pitch_error_time if far else 0.0  # it did not go so far in a moment
         begun = AscentMemory(stage, pitch=pitch, z_dot=v.z_dot, off=off, asked=was.asked, drop=was.drop)
         return begun._replace(
-            begun=v.t, since=v.t, t_best=v.t, t_told=v.t,
+            gathers=self._gathers(v), begun=v.t, since=v.t, t_best=v.t, t_told=v.t,
             z=v.z, least=v.z, best=v.z, z_begun=v.z, altitude_begun=v.altitude,
         )  # fmt: skip
+
+    def _gathers(self, v: AscentView) -> float:
+        """Return how much longer a vehicle that moves as `v` says may be without progress, s."""
+        return _GATHERS if v.u < self._params.rest_speed else 0.0
 
     def _observe(self, m: AscentMemory, v: AscentView) -> AscentMemory:
         """Bring depth, progress and the clocks of pitch and roll up to date."""
@@ -150,7 +156,7 @@ class Ascent:
         ends_dive = pitch < 0.0 if v.attitude_ok else v.t - m.begun < _ENTRY
         least = v.z if ends_dive else min(m.least, v.z)
         most = v.altitude if ends_dive or not m.most >= v.altitude else m.most
-        best, t_best = (v.z, v.t) if v.z <= m.best - p.progress else (m.best, m.t_best)
+        best, t_best, gathers = (v.z, v.t, 0.0) if v.z <= m.best - p.progress else (m.best, m.t_best, m.gathers)
         shallow = v.depth_ok and v.z < self._surface
         if shallow or v.fix:
             t_best = v.t
@@ -163,6 +169,7 @@ class Ascent:
             least=least,
             best=best,
             t_best=t_best,
+            gathers=gathers,
             off=m.off + dt if v.attitude_ok and abs(v.theta - pitch) > p.pitch_error else 0.0,
             rolled=m.rolled + dt if v.attitude_ok and abs(v.phi) > p.roll else 0.0,
             climbed=m.climbed - v.z_dot * dt if v.attitude_ok else m.climbed,
@@ -217,7 +224,7 @@ class Ascent:
             return Step(brake, m.stage is FULL, Cause.DEEPER, (deeper,))
         if m.off > p.pitch_error_time and m.stage not in (LEVEL, WAITING):
             return Step(brake, False, Cause.PITCH_OFF, (v.theta, m.pitch))
-        if v.depth_ok and v.t - m.t_best > p.climb_time:
+        if v.depth_ok and v.t - m.t_best > p.climb_time + m.gathers:
             return Step(brake if m.stage is FULL else STOPPED, True, Cause.NO_CLIMB, (p.climb_time,))
         return None
 

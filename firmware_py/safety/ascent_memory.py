@@ -21,6 +21,7 @@ class AscentMemory(NamedTuple):
         least: the depth from which "deeper" counts: the least since SURFACE or a new attempt began, m.
         best: the least depth that counted as progress, m.
         t_best: when it was reached, or depth or a fix last told of the surface, s.
+        gathers: how much longer it may be without progress, s, for it began at rest and gathers way first.
         off: for how long the pitch has been off, s.
         rolled: for how long the roll has been large, s.
         z_begun: depth when SURFACE was entered, m.
@@ -45,6 +46,7 @@ class AscentMemory(NamedTuple):
     least: float = math.inf
     best: float = math.inf
     t_best: float = 0.0
+    gathers: float = 0.0
     off: float = 0.0
     rolled: float = 0.0
     z_begun: float = 0.0

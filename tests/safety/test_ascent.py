@@ -147,6 +147,23 @@ def test_who_gains_nothing_in_its_time_stops_and_releases_and_who_still_does_not
     assert Cause.NO_CLIMB in vehicle.causes
 
 
+@pytest.mark.parametrize(("u", "patience"), [(0.0, 90.0), (1.0, 45.0)])
+def test_from_rest_it_has_time_to_gather_way(u: float, patience: float) -> None:
+    """In water without bottom a sound vehicle made 0.4 m/s after 45 s, and dropped its weight."""
+    vehicle = Rising(u=u, theta=0.05)
+    vehicle.go(patience - 1.0, u=1.0)
+    assert vehicle.memory.stage is POWERED
+    vehicle.go(2.0)
+    assert (vehicle.memory.stage, vehicle.memory.drop) == (STOPPED, True)
+
+
+def test_once_it_climbs_the_time_is_as_short_as_ever() -> None:
+    vehicle = Rising(u=0.0, theta=0.05)
+    vehicle.go(20.0, -0.1, u=1.0)
+    vehicle.go(47.0, 0.0)
+    assert (vehicle.memory.stage, vehicle.memory.drop) == (STOPPED, True)
+
+
 def test_without_a_weight_it_says_so_and_drives_again() -> None:
     vehicle = Rising(weight=False)
     assert vehicle.go(46.0) is STOPPED

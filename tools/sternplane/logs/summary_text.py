@@ -81,7 +81,8 @@ def outcome(summary: Summary) -> str:
     if summary.get("surfaced"):
         how = f"not completed, but {summary['reason']}{believed}"
     elif summary["completed"]:
-        how = f"completed{believed}"
+        dropped = summary["health"]["weight_released_s"] is not None
+        how = f"completed{', without its drop weight' if dropped else ''}{believed}"
     else:
         how = f"not completed: {summary['reason']}"
     return f"{how}; {unlogged(summary)}" if summary.get("after_log") else how

@@ -163,7 +163,7 @@ def render(page: Page) -> str:
             links=[(s.anchor, s.title) for s in page.sections if s.anchor],
             policy=_POLICY,
             plots=_script(plots),
-            plotly=Markup(plotly.offline.get_plotlyjs()),
+            plotly=Markup(plotly.offline.get_plotlyjs()) if plots else "",
         )
     )
 

@@ -46,7 +46,7 @@ def command(options: argparse.Namespace) -> int:
         store.close()
     flights = store.of(job.key for job in wanted)
     found = rows(flights)
-    form = "short form" if options.short else "full form"
+    form = "short form" if options.short else "these trials" if options.trial else "full form"
     hours = sum(flight["found"]["t_end"] for flight in flights) / 3600.0, sum(f["cpu_s"] for f in flights) / 3600.0
     identity = (
         f"seeds {seeds.start} to {seeds.stop - 1} · {form} · {len(flights)} flights · {hours[0]:.1f} h under water, "
