@@ -452,27 +452,20 @@ def test_who_sinks_on_at_rest_without_a_weight_drives_again_at_once(weight: bool
     assert (vehicle.go(10.0, 0.3 if sinks else 0.0) is FULL) is sinks
 
 
-def test_without_attitude_a_propeller_that_goes_astern_in_vain_is_stopped_and_the_weight_goes() -> None:
-    """Its bow was up: astern drove it down to the ground."""
-    vehicle = Rising(attitude_ok=False, speed_ok=False)
+@pytest.mark.parametrize(("weight", "again"), [(True, STOPPED), (False, REVERSE)])
+def test_without_attitude_a_propeller_that_goes_astern_in_vain_is_stopped_and_the_weight_goes(
+    weight: bool, again: AscentStage
+) -> None:
+    """Its bow was up: astern drove it down to the ground. Where no weight is released its bow may be down next time."""
+    vehicle = Rising(weight=weight, attitude_ok=False, speed_ok=False)
     assert vehicle.go(12.5, 0.5) is REVERSE
     assert vehicle.go(7.0, 0.5) is REVERSE
     assert vehicle.go(2.0, 0.5) is STOPPED
-    assert vehicle.memory.drop
-    vehicle.go(46.0, 0.0)
-    assert vehicle.memory.stage is BLIND
-    assert vehicle.go(5.0, 0.5) is STOPPED
-
-
-def test_without_attitude_and_with_no_weight_to_release_it_still_takes_its_way_off_by_going_astern() -> None:
-    """That the release was asked for changes nothing where there is none: its bow may be down."""
-    vehicle = Rising(weight=False, attitude_ok=False, speed_ok=False)
-    assert vehicle.go(12.5, 0.5) is REVERSE
-    assert vehicle.go(9.0, 0.5) is STOPPED
     assert vehicle.memory.asked
+    assert vehicle.memory.drop is weight
     vehicle.go(46.0, 0.0)
     assert vehicle.memory.stage is BLIND
-    assert vehicle.go(5.0, 0.5) is REVERSE
+    assert vehicle.go(5.0, 0.5) is again
 
 
 def test_with_the_motion_down_ending_it_goes_astern_until_the_way_is_off() -> None:

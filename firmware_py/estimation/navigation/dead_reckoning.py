@@ -143,17 +143,17 @@ def take_fix(
     if beyond:
         variance, jump = off, math.sqrt(off)
     gain = variance / (variance + 2.0 * std**2)
+    pull_x, pull_y, astray = _pull(memory, heard.t_valid, 0.0 if beyond else gain, dx, dy, variance)
     return PositionMemory(
         memory.x + gain * dx,
         memory.y + gain * dy,
         max((1.0 - gain) * variance, params.fix_bias_std**2),
         0.0,
         heard.t_valid,
-        0,
-        0.0,
-        0.0,
-        jump,
-        *_pull(memory, heard.t_valid, 0.0 if beyond else gain, dx, dy, variance),
+        jump=jump,
+        pull_x=pull_x,
+        pull_y=pull_y,
+        astray=astray,
     )
 
 

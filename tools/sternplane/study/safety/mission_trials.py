@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
 
-from sternplane.study.safety.trial import Allowed, Group, Named, Trial
+from sternplane.study.safety.sensor_trials import NO_DEPTH, NO_TILT
+from sternplane.study.safety.struck import RUDDERS
+from sternplane.study.safety.trial import Allowed, Group, Named, Trial, flown_on
 from sternplane.study.safety.vehicle_trials import WATCH
 
-_NO_TILT, _NO_DEPTH = "without a tilt to believe it comes up", "without a depth to believe it comes up"
 _TOO_HEAVY = "more than the depth law and the drop weight make good: it comes up under full power"
 _BEYOND_ITS_MODEL = (
     Allowed(
@@ -16,7 +17,7 @@ _BEYOND_ITS_MODEL = (
         "a hull held up by its angle of attack alone is beyond the model that speed and depth are compared with",
     ),
     Allowed(
-        ("rudder_upper", "rudder_lower"),
+        RUDDERS,
         ("WEAK",),
         "so is what rudders do at that angle and speed, when the coefficients were learned lighter",
     ),
@@ -63,43 +64,35 @@ SINKING = Group(
 )
 
 
-def _slow(vehicle: str, name: str, speed: float, title: str, *faults: str, **more: Any) -> Trial:
-    onsets = (0, 1, 2) if faults else (0,)
-    return Trial(f"{name} at {speed:g} m/s: {title}", faults, vehicle=vehicle, speed=speed, onsets=onsets, **more)
+_NAMES = {"npsauv2": "NPS AUV II", "remus100": "REMUS 100", "torpedo_x": "X tail"}
+
+
+def _slow(vehicle: str, speed: float) -> Callable[..., Trial]:
+    return flown_on(f"{_NAMES[vehicle]} at {speed:g} m/s", vehicle=vehicle, speed=speed)
 
 
 _SWAMPED = "eddies of a sixth of its speed hold its planes at their stops, or carry it off its depth: it comes up"
+_nps = _slow("npsauv2", 1.0)
 SLOW = Group(
     "Slow missions",
     (
         *(
-            _slow(vehicle, name, speed, "no fault", note="nothing fails: it dives, and comes up", ends=ends)
-            for vehicle, name, speed, ends in (
-                ("npsauv2", "NPS AUV II", 0.7, _SWAMPED),
-                ("npsauv2", "NPS AUV II", 1.0, ""),
-                ("remus100", "REMUS 100", 0.8, _SWAMPED),
-                ("remus100", "REMUS 100", 1.1, ""),
-                ("torpedo_x", "X tail", 0.6, _SWAMPED),
-                ("torpedo_x", "X tail", 1.1, ""),
+            _slow(vehicle, speed)("no fault", note="nothing fails: it dives, and comes up", ends=ends)
+            for vehicle, speed, ends in (
+                ("npsauv2", 0.7, _SWAMPED),
+                ("npsauv2", 1.0, ""),
+                ("remus100", 0.8, _SWAMPED),
+                ("remus100", 1.1, ""),
+                ("torpedo_x", 0.6, _SWAMPED),
+                ("torpedo_x", 1.1, ""),
             )
         ),
-        _slow("npsauv2", "NPS AUV II", 1.0, "off:ahrs", "off:ahrs@{t}", named=Named(("ahrs",), 0.6), ends=_NO_TILT),
-        _slow("npsauv2", "NPS AUV II", 1.0, "off:dvl", "off:dvl@{t}", named=Named(("dvl",), 2.1)),
-        _slow(
-            "npsauv2",
-            "NPS AUV II",
-            1.0,
-            "freeze:pressure",
-            "freeze:pressure@{t}",
-            named=Named(("pressure",), 0.5),
-            ends=_NO_DEPTH,
-        ),
-        _slow("torpedo_x", "X tail", 1.2, "off:dvl", "off:dvl@{t}", named=Named(("dvl",), 2.1)),
+        _nps("off:ahrs", "off:ahrs@{t}", named=Named(("ahrs",), 0.6), ends=NO_TILT),
+        _nps("off:dvl", "off:dvl@{t}", named=Named(("dvl",), 2.1)),
+        _nps("freeze:pressure", "freeze:pressure@{t}", named=Named(("pressure",), 0.5), ends=NO_DEPTH),
+        _slow("torpedo_x", 1.2)("off:dvl", "off:dvl@{t}", named=Named(("dvl",), 2.1)),
     ),
 )
-_DEEP_WATER = 400.0
-
-
 _UNCHECKED = ("DEPTH_UNCHECKED",)
 """That pressure alone tells the depth is said after a minute under water."""
 _TRIMMED = (
@@ -109,22 +102,15 @@ _TRIMMED = (
         "without a DVL an angle of attack that ballast makes and a pressure that drifts contradict the pitch alike",
     ),
 )
-
-
-def _deep(title: str, *faults: str, **more: Any) -> Trial:
-    onsets = (0, 1, 2) if faults else (0,)
-    title = f"no bottom in reach: {title}"
-    return Trial(title, faults, bottom=_DEEP_WATER, onsets=onsets, before=_UNCHECKED, **more)
-
-
+_deep = flown_on("no bottom in reach", bottom=400.0, before=_UNCHECKED)
 DEEP = Group(
     "Water too deep to hear its bottom",
     (
         _deep("no fault", note="nothing fails: it dives, and comes up under power"),
-        _deep("off:ahrs", "off:ahrs@{t}", named=Named(("ahrs",), 0.6), ends=_NO_TILT),
+        _deep("off:ahrs", "off:ahrs@{t}", named=Named(("ahrs",), 0.6), ends=NO_TILT),
         _deep("off:dvl", "off:dvl@{t}", named=Named(("dvl",), 2.1)),
-        _deep("off:pressure", "off:pressure@{t}", named=Named(("pressure",), 1.1), ends=_NO_DEPTH),
-        _deep("freeze:pressure", "freeze:pressure@{t}", named=Named(("pressure",), 0.5), ends=_NO_DEPTH),
+        _deep("off:pressure", "off:pressure@{t}", named=Named(("pressure",), 1.1), ends=NO_DEPTH),
+        _deep("freeze:pressure", "freeze:pressure@{t}", named=Named(("pressure",), 0.5), ends=NO_DEPTH),
         _deep(
             "ballast:weight=1.5",
             "ballast:weight=1.5@{t}",

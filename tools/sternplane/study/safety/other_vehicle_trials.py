@@ -6,24 +6,10 @@ hull with four fins of which each steers both planes.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 from sternplane.study.safety.struck import STERNS
-from sternplane.study.safety.trial import Allowed, Group, Named, Trial
+from sternplane.study.safety.trial import Allowed, Group, Named, flown_on
 
-
-def _flown_by(name: str, folder: str) -> Callable[..., Trial]:
-    """Return what makes the trials of a vehicle, by its name and the folder of its configuration."""
-
-    def trial(title: str, *faults: str, named: Named | None, **more: Any) -> Trial:
-        onsets = (0, 1, 2) if faults else (0,)
-        return Trial(f"{name}: {title}", faults, named, onsets=onsets, vehicle=folder, **more)
-
-    return trial
-
-
-_remus, _x_tail = _flown_by("REMUS 100", "remus100"), _flown_by("X tail", "torpedo_x")
+_remus, _x_tail = flown_on("REMUS 100", vehicle="remus100"), flown_on("X tail", vehicle="torpedo_x")
 _SILENT, _JAMMED = 1.6, ("JAMMED", "HARD_OVER")
 _BLIND = "without tilt or depth it comes up"
 REMUS = Group(

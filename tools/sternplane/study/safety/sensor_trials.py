@@ -8,8 +8,8 @@ _HEARD = {"ahrs": 0.5, "dvl": 2.0, "pressure": 1.0, "altitude": 2.0, "battery": 
 """After so long without a value a sensor is lost, s: the timeouts of the estimators and rules."""
 _SAY = 0.1
 """A tenth of a second more to say so."""
-_NO_TILT = "without a tilt to believe it comes up"
-_NO_DEPTH = "without a depth to believe it comes up"
+NO_TILT = "without a tilt to believe it comes up"
+NO_DEPTH = "without a depth to believe it comes up"
 _NO_BATTERY = "it returns when it has not heard of the battery for half a minute"
 _BOTTOM = "it comes up over a bottom that is too near, and the nearer of two counts"
 _GAPS = "at times nothing comes for as long as the time-out"
@@ -37,29 +37,29 @@ def _silent(name: str, more: float = 0.0) -> Named:
 LOST = Group(
     "Sensors: nothing comes, or nothing of use",
     (
-        Trial("off:ahrs", ("off:ahrs@{t}",), _silent("ahrs"), target="fix", short=True, ends=_NO_TILT),
-        Trial("off:ahrs, 5 s", ("off:ahrs@{t}+5",), _silent("ahrs"), ends=_NO_TILT),
+        Trial("off:ahrs", ("off:ahrs@{t}",), _silent("ahrs"), target="fix", short=True, ends=NO_TILT),
+        Trial("off:ahrs, 5 s", ("off:ahrs@{t}+5",), _silent("ahrs"), ends=NO_TILT),
         Trial("off:dvl", ("off:dvl@{t}",), _silent("dvl"), short=True),
         Trial("off:dvl, 10 s", ("off:dvl@{t}+10",), _silent("dvl")),
-        Trial("off:pressure", ("off:pressure@{t}",), _silent("pressure"), target="fix", short=True, ends=_NO_DEPTH),
-        Trial("off:pressure, 10 s", ("off:pressure@{t}+10",), _silent("pressure"), ends=_NO_DEPTH),
+        Trial("off:pressure", ("off:pressure@{t}",), _silent("pressure"), target="fix", short=True, ends=NO_DEPTH),
+        Trial("off:pressure, 10 s", ("off:pressure@{t}+10",), _silent("pressure"), ends=NO_DEPTH),
         Trial("off:altimeter", ("off:altimeter@{t}",), _silent("altitude")),
         Trial("off:altimeter, off:dvl", ("off:altimeter@{t}", "off:dvl@{t}"), _silent("dvl"), short=True),
-        Trial("off:pressure, off:dvl", ("off:pressure@{t}", "off:dvl@{t}"), _silent("pressure"), ends=_NO_DEPTH),
-        Trial("off:ahrs, off:dvl", ("off:ahrs@{t}", "off:dvl@{t}"), _silent("ahrs"), ends=_NO_TILT),
+        Trial("off:pressure, off:dvl", ("off:pressure@{t}", "off:dvl@{t}"), _silent("pressure"), ends=NO_DEPTH),
+        Trial("off:ahrs, off:dvl", ("off:ahrs@{t}", "off:dvl@{t}"), _silent("ahrs"), ends=NO_TILT),
         Trial("off:fix", ("off:fix@{t}",), note=_NO_FIX),
         Trial("off:battery", ("off:battery@{t}",), _silent("battery"), short=True, ends=_NO_BATTERY),
         Trial("off:leak", ("off:leak@{t}",), _silent("leak")),
-        Trial("nan:ahrs", ("nan:ahrs@{t}",), _silent("ahrs"), target="fix", ends=_NO_TILT),
+        Trial("nan:ahrs", ("nan:ahrs@{t}",), _silent("ahrs"), target="fix", ends=NO_TILT),
         Trial("nan:dvl", ("nan:dvl@{t}",), _silent("dvl")),
-        Trial("nan:pressure", ("nan:pressure@{t}",), _silent("pressure"), target="fix", ends=_NO_DEPTH),
+        Trial("nan:pressure", ("nan:pressure@{t}",), _silent("pressure"), target="fix", ends=NO_DEPTH),
         Trial("nan:altimeter", ("nan:altimeter@{t}",), _silent("altitude")),
         Trial("nan:fix", ("nan:fix@{t}",), note=_NO_FIX),
         Trial("nan:battery", ("nan:battery@{t}",), _silent("battery"), ends=_NO_BATTERY),
         Trial("nan:leak", ("nan:leak@{t}",), _silent("leak"), short=True),
-        Trial("late:ahrs=1", ("late:ahrs=1@{t}",), _silent("ahrs"), ends=_NO_TILT),
+        Trial("late:ahrs=1", ("late:ahrs=1@{t}",), _silent("ahrs"), ends=NO_TILT),
         Trial("late:dvl=3", ("late:dvl=3@{t}",), _silent("dvl")),
-        Trial("late:pressure=3", ("late:pressure=3@{t}",), _silent("pressure"), ends=_NO_DEPTH),
+        Trial("late:pressure=3", ("late:pressure=3@{t}",), _silent("pressure"), ends=NO_DEPTH),
         Trial("late:altimeter=3", ("late:altimeter=3@{t}",), _silent("altitude")),
         Trial("lossy:ahrs=90", ("lossy:ahrs=90@{t}",), note=_LOSSY, ends=_GAPS),
         Trial("lossy:dvl=90", ("lossy:dvl=90@{t}",), note=_LOSSY),
@@ -70,7 +70,7 @@ LOST = Group(
 WRONG = Group(
     "Sensors: wrong values",
     (
-        Trial("freeze:ahrs", ("freeze:ahrs@{t}",), Named(("ahrs",), 0.5), short=True, ends=_NO_TILT),
+        Trial("freeze:ahrs", ("freeze:ahrs@{t}",), Named(("ahrs",), 0.5), short=True, ends=NO_TILT),
         Trial("freeze:dvl", ("freeze:dvl@{t}",), Named(("dvl",), 0.9), "two repeats of a DVL of 5 Hz"),
         Trial(
             "freeze:pressure",
@@ -78,7 +78,7 @@ WRONG = Group(
             Named(("pressure",), 0.5),
             target="fix",
             short=True,
-            ends=_NO_DEPTH,
+            ends=NO_DEPTH,
         ),
         Trial(
             "freeze:altimeter",
@@ -89,9 +89,9 @@ WRONG = Group(
         Trial("freeze:battery", ("freeze:battery@{t}",), note=_STILL),
         Trial("freeze:leak", ("freeze:leak@{t}",), note=_STILL),
         Trial("freeze:fix", ("freeze:fix@{t}",), note=_NO_FIX),
-        Trial("bias:ahrs.pitch=5", ("bias:ahrs.pitch=5@{t}",), Named(("ahrs",), 3.0), short=True, ends=_NO_TILT),
-        Trial("bias:ahrs.pitch=-5", ("bias:ahrs.pitch=-5@{t}",), Named(("ahrs",), 3.0), ends=_NO_TILT),
-        Trial("bias:ahrs.pitch=3", ("bias:ahrs.pitch=3@{t}",), Named(("ahrs",), 3.0), ends=_NO_TILT),
+        Trial("bias:ahrs.pitch=5", ("bias:ahrs.pitch=5@{t}",), Named(("ahrs",), 3.0), short=True, ends=NO_TILT),
+        Trial("bias:ahrs.pitch=-5", ("bias:ahrs.pitch=-5@{t}",), Named(("ahrs",), 3.0), ends=NO_TILT),
+        Trial("bias:ahrs.pitch=3", ("bias:ahrs.pitch=3@{t}",), Named(("ahrs",), 3.0), ends=NO_TILT),
         Trial(
             "drift:ahrs.pitch=0.05, no DVL",
             ("off:dvl@{early}", "drift:ahrs.pitch=0.05@{t}"),
@@ -104,10 +104,10 @@ WRONG = Group(
             ("drift:ahrs.pitch=0.3@{t}", "bias:ahrs.q=0.3@{t}"),
             Named(("ahrs",), 20.0),
             "its own gyro confirms it; DVL and pressure do not",
-            ends=_NO_TILT,
+            ends=NO_TILT,
         ),
-        Trial("drift:ahrs.pitch=0.5", ("drift:ahrs.pitch=0.5@{t}",), Named(("ahrs",)), ends=_NO_TILT),
-        Trial("bias:ahrs.roll=20", ("bias:ahrs.roll=20@{t}",), Named(("ahrs",)), ends=_NO_TILT),
+        Trial("drift:ahrs.pitch=0.5", ("drift:ahrs.pitch=0.5@{t}",), Named(("ahrs",)), ends=NO_TILT),
+        Trial("bias:ahrs.roll=20", ("bias:ahrs.roll=20@{t}",), Named(("ahrs",)), ends=NO_TILT),
         Trial("bias:ahrs.yaw=20", ("bias:ahrs.yaw=20@{t}",), Named(("ahrs",), 0.2), short=True),
         Trial("bias:ahrs.yaw=5", ("bias:ahrs.yaw=5@{t}",), Named(("ahrs",), 0.2)),
         Trial("drift:ahrs.yaw=1", ("drift:ahrs.yaw=1@{t}",), Named(("ahrs",))),
@@ -116,10 +116,10 @@ WRONG = Group(
             ("drift:ahrs.yaw=1@{t}", "bias:ahrs.r=1@{t}"),
             Named(("ahrs",)),
             "its gyro lies along: the rudder's model tells, after a turn",
-            ends=_NO_TILT,
+            ends=NO_TILT,
         ),
-        Trial("bias:ahrs.q=2", ("bias:ahrs.q=2@{t}",), Named(("ahrs",)), ends=_NO_TILT),
-        Trial("bias:ahrs.r=2", ("bias:ahrs.r=2@{t}",), Named(("ahrs",)), ends=_NO_TILT),
+        Trial("bias:ahrs.q=2", ("bias:ahrs.q=2@{t}",), Named(("ahrs",)), ends=NO_TILT),
+        Trial("bias:ahrs.r=2", ("bias:ahrs.r=2@{t}",), Named(("ahrs",)), ends=NO_TILT),
         Trial("bias:dvl.u=1", ("bias:dvl.u=1@{t}",), Named(("dvl",))),
         Trial("bias:dvl.u=-1.5", ("bias:dvl.u=-1.5@{t}",), Named(("dvl",)), short=True),
         Trial("bias:dvl.w=0.5", ("bias:dvl.w=0.5@{t}",), Named(("dvl",))),
@@ -130,37 +130,37 @@ WRONG = Group(
             "by the depth in a dive; level, when no current explains it",
         ),
         Trial("set:dvl.u=9.9", ("set:dvl.u=9.9@{t}",), Named(("dvl",))),
-        Trial("bias:pressure=-3", ("bias:pressure=-3@{t}",), Named(("pressure",)), short=True, ends=_NO_DEPTH),
-        Trial("bias:pressure=3", ("bias:pressure=3@{t}",), Named(("pressure",)), ends=_NO_DEPTH),
+        Trial("bias:pressure=-3", ("bias:pressure=-3@{t}",), Named(("pressure",)), short=True, ends=NO_DEPTH),
+        Trial("bias:pressure=3", ("bias:pressure=3@{t}",), Named(("pressure",)), ends=NO_DEPTH),
         Trial(
-            "drift:pressure=-0.5", ("drift:pressure=-0.5@{t}",), Named(("pressure",), 1.0), short=True, ends=_NO_DEPTH
+            "drift:pressure=-0.5", ("drift:pressure=-0.5@{t}",), Named(("pressure",), 1.0), short=True, ends=NO_DEPTH
         ),
-        Trial("drift:pressure=0.5", ("drift:pressure=0.5@{t}",), Named(("pressure",), 1.0), ends=_NO_DEPTH),
-        Trial("drift:pressure=-0.1", ("drift:pressure=-0.1@{t}",), Named(("pressure",), 3.5), ends=_NO_DEPTH),
-        Trial("drift:pressure=0.1", ("drift:pressure=0.1@{t}",), Named(("pressure",), 3.5), ends=_NO_DEPTH),
+        Trial("drift:pressure=0.5", ("drift:pressure=0.5@{t}",), Named(("pressure",), 1.0), ends=NO_DEPTH),
+        Trial("drift:pressure=-0.1", ("drift:pressure=-0.1@{t}",), Named(("pressure",), 3.5), ends=NO_DEPTH),
+        Trial("drift:pressure=0.1", ("drift:pressure=0.1@{t}",), Named(("pressure",), 3.5), ends=NO_DEPTH),
         Trial(
             "drift:pressure=-0.5, no DVL",
             ("off:dvl@{early}", "drift:pressure=-0.5@{t}"),
             Named(("pressure",), 6.0),
-            ends=_NO_DEPTH,
+            ends=NO_DEPTH,
         ),
         Trial(
             "drift:pressure=-0.3, no DVL",
             ("off:dvl@{early}", "drift:pressure=-0.3@{t}"),
             Named(("pressure",), 25.0),
-            ends=_NO_DEPTH,
+            ends=NO_DEPTH,
         ),
         Trial(
             "drift:pressure=-0.15, no bottom",
             ("drift:pressure=-0.15@{t}",),
             note=_CARRIED_OFF,
-            ends=_NO_DEPTH,
+            ends=NO_DEPTH,
             bound=Bound(_CARRIED_OFF),
             profile=((-1000.0, 200.0), (2000.0, 200.0)),
             before=("DEPTH_UNCHECKED",),
         ),
-        Trial("set:pressure=-3.6", ("set:pressure=-3.6@{t}",), Named(("pressure",)), ends=_NO_DEPTH),
-        Trial("set:pressure=37.65", ("set:pressure=37.65@{t}",), Named(("pressure",)), ends=_NO_DEPTH),
+        Trial("set:pressure=-3.6", ("set:pressure=-3.6@{t}",), Named(("pressure",)), ends=NO_DEPTH),
+        Trial("set:pressure=37.65", ("set:pressure=37.65@{t}",), Named(("pressure",)), ends=NO_DEPTH),
         Trial(
             "set:altimeter=1", ("set:altimeter=1@{t}",), Named(("altitude",), rules=("ALTITUDE_LIMIT",)), ends=_BOTTOM
         ),
@@ -169,8 +169,8 @@ WRONG = Group(
         Trial(
             "set:dvl.altitude=1", ("set:dvl.altitude=1@{t}",), Named(("dvl",), rules=("ALTITUDE_LIMIT",)), ends=_BOTTOM
         ),
-        Trial("noise:pressure=1", ("noise:pressure=1@{t}",), note=_NOISY, ends=_NO_DEPTH),
-        Trial("noise:ahrs.pitch=5", ("noise:ahrs.pitch=5@{t}",), note=_NOISY, ends=_NO_TILT),
+        Trial("noise:pressure=1", ("noise:pressure=1@{t}",), note=_NOISY, ends=NO_DEPTH),
+        Trial("noise:ahrs.pitch=5", ("noise:ahrs.pitch=5@{t}",), note=_NOISY, ends=NO_TILT),
         Trial("noise:dvl.u=0.5", ("noise:dvl.u=0.5@{t}",), note=_NOISY),
         Trial("noise:altimeter=5", ("noise:altimeter=5@{t}",), note=_NOISY),
     ),
@@ -219,9 +219,9 @@ _DRIFTS = "as a current along the hull would look, until the vehicle turns or di
 START = Group(
     "Sensors: wrong from the start",
     (
-        _from_start("freeze:pressure from the start", ("freeze:pressure@{t}",), "pressure", _SINKS, _NO_DEPTH, True),
+        _from_start("freeze:pressure from the start", ("freeze:pressure@{t}",), "pressure", _SINKS, NO_DEPTH, True),
         _from_start(
-            "blocked pressure port", ("set:pressure=0@{t}", "noise:pressure=0.02@0.2"), "pressure", _SINKS, _NO_DEPTH
+            "blocked pressure port", ("set:pressure=0@{t}", "noise:pressure=0.02@0.2"), "pressure", _SINKS, NO_DEPTH
         ),
         _from_start("freeze:dvl from the start", ("freeze:dvl@{t}",), "dvl", "it rests until the propeller has driven"),
         *(
@@ -240,7 +240,7 @@ START = Group(
             ("freeze:pressure@{t}",),
             Named(("pressure",)),
             "in level flight repeats say nothing: it is told when the depth changes",
-            _NO_DEPTH,
+            NO_DEPTH,
             coarse=True,
         ),
         Trial(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from sternplane.campaign.files import file_name
 from sternplane.study.safety.mission import BOTTOM, CRUISE, NPS, ONSETS
@@ -113,6 +114,16 @@ class Trial(NamedTuple):
         """Return the faults that begin at an onset, given by its number."""
         t = self.begins(onset)
         return tuple(text.format(t=f"{t:g}", early=f"{EARLY:g}") for text in self.faults)
+
+
+def flown_on(name: str, **mission: Any) -> Callable[..., Trial]:
+    """Return what makes the trials of a mission: its name, and what they have in common beside `Trial`'s defaults."""
+
+    def trial(title: str, *faults: str, named: Named | None = None, **more: Any) -> Trial:
+        onsets = (0, 1, 2) if faults else (0,)
+        return Trial(f"{name}: {title}", faults, named, onsets=onsets, **mission, **more)
+
+    return trial
 
 
 EARLY = 5.0
