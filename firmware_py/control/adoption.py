@@ -212,6 +212,7 @@ class Adoption:
         return Adopted(
             *(depth.values, heading.values, depth.design, heading.design, self._caution),
             *(depth.held, heading.held, (depth.refuted, heading.refuted), (depth.proven, heading.proven)),
+            halved=(depth.halved, heading.halved),
         )
 
     def _tell(self, before: Adopted) -> None:

@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from firmware_py.control.adoption_params import AdoptionParams
-from firmware_py.control.axis_memory import AxisMemory, Values, proven
+from firmware_py.control.axis_memory import AxisMemory, Values, compared, proven
 from firmware_py.control.inherited_values import inherited, limits
-from firmware_py.control.lost_effect import share_left, with_share
+from firmware_py.control.lost_effect import Effect, share_left, with_share
 from firmware_py.control.model_evidence import Motion, no_evidence, pause, step
 from firmware_py.control.sliding_mode_design import DesignError, sliding_surface
 from firmware_py.marine import clip
@@ -134,6 +134,11 @@ class AxisAdoption:
         return bool(self._memory.good) and self._memory.proven == self._memory.good[0]
 
     @property
+    def halved(self) -> bool:
+        """Return whether fins that are taken for sound do no more than half of what they did; `held` is before that."""
+        return self._memory.halved
+
+    @property
     def refuted(self) -> bool:
         """Return whether the motion has refuted vehicle.toml while nothing else has held."""
         return self._memory.refuted and not self._memory.good
@@ -180,7 +185,8 @@ class AxisAdoption:
         m = self._memory = m._replace(unknown=unknown)
         share = share_left(self._model.shares, left)
         if share != m.share:
-            m = self._memory = m._replace(share=share, since=0.0 if share < m.share else math.inf)
+            m = m._replace(share=share, since=0.0 if share < m.share else math.inf)
+            m = self._memory = m._replace(whole=Effect(0.0, 0.0), halved=False)
             self._evidence = no_evidence(2)
         known = all(ok for ok, name in zip(valid, self._model.names, strict=True) if name[0] in _MOMENTS)
         if known and not m.valid and m.refusal is Refusal.RESIDUALS:
@@ -216,6 +222,9 @@ class AxisAdoption:
                 good=(*m.good[-1:], with_share(self._model.names, m.values, 1.0 / m.share)), held=0.0
             )
         self._memory = proven(self._memory, learned, valid)
+        if valid[-1] and share == 1.0 and not unknown:
+            now = Effect(learned[-1] / file[-1], std[-1] / abs(file[-1]))
+            self._memory = compared(self._memory, self._model.names, file, now)
         self._derive()
 
     def freeze(self) -> AxisMemory:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from firmware_py.control.lost_effect import Effect, halved, surest, with_share
 from firmware_py.control.model_evidence import EvidenceMemory
 from firmware_py.records.adoption import Refusal, Source
 
@@ -35,6 +36,8 @@ class AxisMemory(NamedTuple):
         since: for how long that has been so, s.
         unknown: whether a fin is where nobody knows.
         proven: the latest good values with which damping and fins agreed that were valid.
+        whole: the most that the fins did while all were taken for sound, by valid values.
+        halved: whether they do no more than half of it now, and nobody has said so yet.
     """
 
     values: Values
@@ -53,6 +56,8 @@ class AxisMemory(NamedTuple):
     since: float
     unknown: bool
     proven: Values = ()
+    whole: Effect = Effect(0.0, 0.0)
+    halved: bool = False
 
 
 def proven(m: AxisMemory, learned: Sequence[float], valid: Sequence[bool]) -> AxisMemory:
@@ -62,3 +67,14 @@ def proven(m: AxisMemory, learned: Sequence[float], valid: Sequence[bool]) -> Ax
         if all(abs(now - good) <= _PROVEN * abs(good) for now, good in turns):
             return m._replace(proven=m.good[0])
     return m
+
+
+def compared(m: AxisMemory, names: Sequence[str], file: Values, now: Effect) -> AxisMemory:
+    """Return what is remembered once what fins do by valid values is compared with the most that they did.
+
+    Where half of it is gone, the good values become those of before.
+    """
+    if m.good and not m.halved and halved(m.whole, now):
+        sound = with_share(names, m.good[0], m.whole.share * file[-1] / m.good[0][-1])
+        m = m._replace(good=(sound,), halved=True)
+    return m._replace(whole=surest(m.whole, now))

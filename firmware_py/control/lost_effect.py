@@ -2,11 +2,33 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from firmware_py.records.health import FinHealth
 
 _FIN_TERMS = ("M_ds", "Y_dr", "N_dr")
+_PART = 0.7
+"""Between what all fins do and what half of them do."""
+_SIGMA = 3.0
+
+
+class Effect(NamedTuple):
+    """What the fins of an axis do, of what vehicle.toml says, and its 1 sigma."""
+
+    share: float
+    std: float
+
+
+def surest(one: Effect, other: Effect) -> Effect:
+    """Return the one that is surely greater than the other, or more likely so."""
+    return max(one, other, key=lambda effect: effect.share - _SIGMA * effect.std)
+
+
+def halved(whole: Effect, now: Effect) -> bool:
+    """Return whether fins do about half, or less, of what they did: by 3 sigma of both."""
+    return now.share < _PART * whole.share - _SIGMA * math.hypot(_PART * whole.std, now.std)
 
 
 def share_left(shares: Sequence[float], left: Sequence[FinHealth]) -> float:

@@ -81,6 +81,9 @@ class Adopted:
     proven: tuple[bool, bool] = (False, False)
     """Whether damping and fins of `held_diving`, of `held_steering` agree with values that were valid: then fins of the
     axis are judged by them, however little is known of the other one."""
+    halved: tuple[bool, bool] = (False, False)
+    """Whether valid values say that the fins of pitch, of yaw, do no more than half of what they did in this flight:
+    what held is that of before."""
 
 
 _SOURCES = {

@@ -5,12 +5,17 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from sternplane.sitl.flight import SCENARIOS
+from sternplane.study.setups import vehicle
 from sternplane.study.waypoints import waypoint
 
+from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.records.event import Cause, EventKind
 from firmware_py.records.order import Mode
 from tests.sitl.flights import Flights
 from tests.straight_run import hold, under_way
+
+M_DS = TEN.index("M_ds")
 
 
 def test_a_plane_that_jams_at_10_deg_is_opposed_and_the_flight_goes_on(flown: Flights) -> None:
@@ -51,3 +56,16 @@ def test_planes_that_are_lost_beside_a_silent_one_bring_the_vehicle_up(flown: Fl
     assert Cause.PLANE_FAULT in [event.cause for _, events in log.events for event in events]
     assert log.truth["eta.z"].max() < 20.0
     assert log.truth["eta.z"][-1] < 0.6
+
+
+def test_a_plane_that_is_lost_while_planes_hardly_move_is_named_once_the_half_is_learned(flown: Flights) -> None:
+    """The half was learned step by step and became what sound planes do: never named, and valid 6 sigma off."""
+    text = (SCENARIOS / "demo.toml").read_text().replace("duration_s = 330.0", "duration_s = 215.0", 1)
+    faulty = text.replace('completes = "surfaced"', 'completes = "time"\nfaults = ["lost:stern_port@100"]', 1)
+    _, log = flown(faulty)
+    named = [s for s, events in log.events for event in events if event.cause is Cause.DAMAGED]
+    assert 100.0 < named[0] < 180.0
+    half = 0.5 * vehicle().coefficients.M_ds
+    value, std, valid = [log.columns[f"state.learned.{name}"][-1, M_DS] for name in ("value", "std", "valid")]
+    assert valid
+    assert abs(value - half) < 3.0 * std < 0.3 * abs(half)

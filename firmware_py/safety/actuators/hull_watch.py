@@ -160,11 +160,17 @@ class HullWatch:
     def _follow(self, axis: int, adopted: Adopted) -> bool:
         """Judge an axis by what held in adoption; return whether it can be judged.
 
-        While fins are at fault what held before does, or a fault would become what is usual. Where nothing has held and
-        the motion refutes vehicle.toml nothing can be judged, but that the fins do hardly anything by what is learned.
+        While fins are at fault, also by adoption, what held before does, or a fault would become what is usual. Where
+        nothing held and the motion refutes vehicle.toml only fins that do hardly anything by what is learned are named.
         """
         watch, left, stuck = self._axes[axis], self._left[axis], self._stuck[axis]
         held = (adopted.held_diving, adopted.held_steering)[axis]
+        if adopted.halved[axis] and self._fault(axis) is ActuatorFault.NONE:
+            self._refer(axis, held)
+            watch.begin(_HELD_STD)
+            left.begin(_LEFT[ActuatorFault.WEAK])
+            stuck.pause()
+            return True
         if held and held[0] == held[0]:
             sound = self._fault(axis) is ActuatorFault.NONE and not any(one.suspects for one in (watch, left, stuck))
             if held != self._references[axis] and sound and (adopted.caution == 0.0 or adopted.proven[axis]):

@@ -487,3 +487,26 @@ def test_what_fell_just_before_nobody_knew_where_a_plane_is_comes_to_be_no_good_
     assert memory().depth.good[-1] != good
     during = vehicle.fly(21.0, learned(M_ds=1.3), held=(True, False))
     assert during.held_diving == good
+
+
+def test_fins_that_come_to_do_half_by_valid_values_have_lost_it_however_slowly_that_is_learned() -> None:
+    """A plane lost on a level stretch was learned step by step, each of them held, and the half became the whole."""
+    flown, half = AdoptingVehicle(), (FinHealth(0.5, source=FinEvidence.MOTION),) * 2 + (SOUND_FIN,) * 2
+    for share in (1.0, 0.9, 0.75, 0.65):
+        flown.diving = diving_model(VEHICLE, U, DivingCoefficients(FILE["M_q"], share * FILE["M_ds"]))
+        assert flown.fly(50.0, learned(0.05, M_ds=share)).halved == (False, False)
+    flown.diving = diving_model(VEHICLE, U, DivingCoefficients(FILE["M_q"], 0.5 * FILE["M_ds"]))
+    found = flown.fly(0.2, learned(0.05, M_ds=0.5))
+    assert found.halved == (True, False)
+    assert found.held_diving[-1] == pytest.approx(FILE["M_ds"])  # what they did before
+    assert flown.fly(0.2, learned(0.05, M_ds=0.5), half).halved == (False, False)
+    assert flown.fly(20.0, learned(0.05, M_ds=0.5), half).diving[-1] == pytest.approx(0.5 * FILE["M_ds"])
+    assert flown.fly(0.2, learned(0.05, M_ds=0.5), SOUND).halved == (False, False)  # the motion says otherwise
+
+
+def test_half_that_is_not_valid_or_not_sure_or_of_a_fin_that_is_nobody_knows_where_is_none() -> None:
+    for std, valid, held in ((0.15, True, False), (SURE, False, False), (SURE, True, True)):
+        flown = AdoptingVehicle()
+        flown.fly(50.0, learned(0.05))
+        now = replace(learned(std, M_ds=0.5), valid=(valid,) * 10)
+        assert flown.fly(10.0, now, held=(held, False)).halved == (False, False)

@@ -160,6 +160,19 @@ def test_half_of_what_held_is_found_in_seconds_and_what_held_stays_the_measure(s
     assert hull.run(10.0) is LOST
 
 
+def test_what_adoption_found_halved_is_weak_and_held_to_what_fins_did_before() -> None:
+    half = dataclasses.replace(knowing(1.0), halved=(False, True))
+    for effect, left, fault in ((0.5, 0.5, WEAK), (1.0, 1.0, NONE), (0.0, 0.0, LOST)):
+        hull = Yawing(0.5, knowing(0.5), SPEED)
+        assert hull.run(30.0) is NONE
+        hull.adopted = half
+        assert hull.run(0.1) is WEAK
+        assert hull.watch.left(UPPER) == 0.5
+        hull.adopted, hull.effect = knowing(0.5), effect
+        assert hull.run(60.0) is fault
+        assert hull.watch.left(UPPER) == left
+
+
 def test_an_axis_is_judged_by_what_held_as_soon_as_that_is_proven_whatever_is_known_of_the_other_one() -> None:
     """A rudder lost 10 s after its law was adopted was never named, for planes were not known yet."""
     cautious = dataclasses.replace(knowing(0.6), caution=1.0)
