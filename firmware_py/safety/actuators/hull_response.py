@@ -129,11 +129,16 @@ class AxisWatch:
             dt: step, s.
         """
         self._evidence, self._dt = evidence, dt
+        self._eddies, self._swell = eddies, 1.0
         self._gains = [
             stationary_gains((1.0 + i * _SWIFTER) * eddies, dt) for i in range(round((_SWIFTEST - 1.0) / _SWIFTER) + 1)
         ]
         self._snapshot = max(1.0, round(_SNAPSHOT / dt)) * dt
         self._memory = _FRESH
+
+    def design(self, eddies: float) -> None:
+        """Take the filter that is designed for other eddies; what it knows is kept."""
+        self._swell = eddies / self._eddies if self._eddies else 1.0
 
     @property
     def fault(self) -> ActuatorFault:
@@ -194,7 +199,7 @@ class AxisWatch:
             heals: whether `fins` is what they should make, and not the least of it, so that a fault may be over.
         """
         m, dt, table = self._memory, self._dt, self._gains
-        gains = table[min(max(0, math.ceil((swift - 1.0) / _SWIFTER)), len(table) - 1)]
+        gains = table[min(max(0, math.ceil((swift * self._swell - 1.0) / _SWIFTER)), len(table) - 1)]
         if m.running == 0.0:
             self._memory = m._replace(rate=rate, running=dt)
             return m.fault

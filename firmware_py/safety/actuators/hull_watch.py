@@ -15,23 +15,17 @@ from firmware_py.safety.actuators.attitude_witness import AttitudeWitness
 from firmware_py.safety.actuators.cross_flow import CrossFlow
 from firmware_py.safety.actuators.fin_angles import FinAngles
 from firmware_py.safety.actuators.hull_memory import HullMemory, Values
+from firmware_py.safety.actuators.hull_reference import CRUISE, HullReference
 from firmware_py.safety.actuators.hull_response import PERIOD, AxisWatch
 from firmware_py.safety.actuators.share_watch import ShareWatch
 from firmware_py.safety.actuators.stuck_watch import StuckWatch
 from firmware_py.safety.actuators.water_motion import current_across, least_speed
 from firmware_py.safety.actuators.water_speed import WaterSpeed
 from firmware_py.tick import Tick
-from firmware_py.vehicle.linear_models import (
-    DivingCoefficients,
-    SteeringCoefficients,
-    diving_coefficients,
-    steering_coefficients,
-)
-from firmware_py.vehicle.turning import damped_share, heaved_axis, pitch_axis, yaw_axis
+from firmware_py.vehicle.linear_models import diving_coefficients, steering_coefficients
+from firmware_py.vehicle.turning import damped_share, heaved_axis
 from firmware_py.vehicle.vehicle import Vehicle
 
-_CRUISE = 1.8
-"""Speed for which the eddies' moment is computed, m/s; it grows in proportion."""
 _DEPTH_MIN, _SPEED_MIN = 2.5, 0.8
 """Near the surface (m), where fins may be out of the water, and slower (m/s), the model does not hold."""
 _BRAKES = 0.6
@@ -56,15 +50,13 @@ class HullWatch:
         Raises:
             ParamError: the vehicle has no inertia.
         """
-        self._params, self._vehicle = params, vehicle
-        self._models = [pitch_axis(vehicle), yaw_axis(vehicle)]
-        self._references: list[Values] = [(), ()]
+        self._params, self._reference = params, HullReference(vehicle, params.eddies)
         self._files = diving_coefficients(vehicle), steering_coefficients(vehicle)
         self._advance = vehicle.propeller.u_trim / vehicle.propeller.n_trim
         self._travel = tuple([fin.delta_max for fin in vehicle.fins])
         self._shares = vehicle.effectiveness.s, vehicle.effectiveness.r
         self._fins = tuple([[i for i, share in enumerate(row) if share] for row in self._shares])
-        eddies = [model.eddies(_CRUISE, params.eddies) for model in self._models]
+        eddies = self._reference.eddies
         self._axes = tuple([AxisWatch(params.evidence, one, PERIOD) for one in eddies])
         self._left = [watch(params.evidence, one, PERIOD) for one in eddies]
         self._stuck = [StuckWatch(params.evidence, one, PERIOD) for one in eddies]
@@ -136,7 +128,8 @@ class HullWatch:
         axes, left = tuple([axis.freeze() for axis in self._axes]), tuple([left.freeze() for left in self._left])
         held = tuple(self._sums), tuple(self._speeds), tuple([angles.freeze() for angles in self._angles])
         stuck = tuple([stuck.freeze() for stuck in self._stuck])
-        return HullMemory(tuple(self._references), axes, *held, left, self._flow.memory, stuck, self._attitude.t_away)
+        values, cross = tuple(self._reference.values), self._flow.memory
+        return HullMemory(values, axes, *held, left, cross, stuck, self._attitude.t_away)
 
     def thaw(self, memory: HullMemory) -> None:
         """Restore the memory that `freeze` returned."""
@@ -151,11 +144,9 @@ class HullWatch:
 
     def _refer(self, axis: int, values: Values) -> None:
         """Judge an axis by these coefficients from now on; by vehicle.toml if there are none."""
-        self._references[axis] = values
-        if axis:
-            self._models[1] = yaw_axis(self._vehicle, SteeringCoefficients(*values) if values else None)
-        else:
-            self._models[0] = pitch_axis(self._vehicle, DivingCoefficients(*values) if values else None)
+        if self._reference.refer(axis, values):
+            for watch in (self._axes[axis], self._left[axis], self._stuck[axis]):
+                watch.design(self._reference.eddies[axis])
 
     def _follow(self, axis: int, adopted: Adopted) -> bool:
         """Judge an axis by what held in adoption; return whether it can be judged.
@@ -173,8 +164,8 @@ class HullWatch:
             return True
         if held and held[0] == held[0]:
             sound = self._fault(axis) is ActuatorFault.NONE and not any(one.suspects for one in (watch, left, stuck))
-            if held != self._references[axis] and sound and (adopted.caution == 0.0 or adopted.proven[axis]):
-                before = self._references[axis]
+            if held != self._reference.values[axis] and sound and (adopted.caution == 0.0 or adopted.proven[axis]):
+                before = self._reference.values[axis]
                 if not before or abs(held[-1] - before[-1]) > _FAR * abs(before[-1]):
                     watch.begin(_HELD_STD)
                     left.pause()
@@ -261,7 +252,7 @@ class HullWatch:
             mute: the places of those that report nothing.
             pinged: whether speed and current are known by pings.
         """
-        watch, left, stuck, model = self._axes[axis], self._left[axis], self._stuck[axis], self._models[axis]
+        watch, left, stuck, model = self._axes[axis], self._left[axis], self._stuck[axis], self._reference.models[axis]
         acting, units = self._fins[axis], [model.control * self._shares[axis][i] for i in self._fins[axis]]
         angles = sum([unit * angle for unit, angle in zip(units, told, strict=True)])
         most = sum([abs(unit) * self._travel[i] for i, unit in zip(acting, units, strict=True)])
@@ -273,14 +264,14 @@ class HullWatch:
         steady = not (axis and (self._flow.changes or state.sensors.dvl.fault is SourceFault.CURRENT))
         alone = stuck.stuck[0] < 0  # else the angle of the one that stays is not known well enough to judge the others
         if alone:
-            watch.update(rate, damping, hull, fins, over, u / _CRUISE, steady, pinged)
+            watch.update(rate, damping, hull, fins, over, u / CRUISE, steady, pinged)
         else:
             watch.pause()
             left.pause()
-        motion = self._models[1].sway if axis else self._heaved.heave
+        motion = self._reference.models[1].sway if axis else self._heaved.heave
         heard = cross if state.velocity_ok and pinged else math.nan
         cross = self._flow.carry(axis, t, motion, u, (rate, angles / model.control), heard)
-        if not self._references[axis]:
+        if not self._reference.values[axis]:
             left.pause()
             stuck.pause()
             return False

@@ -90,10 +90,14 @@ class ShareWatch:
             dt: step, s.
             members: shares of these eddies for which filters run.
         """
-        self._enough, self._dt = ENOUGH * evidence, dt
-        self._gains = tuple([stationary_gains(share * eddies, dt) for share in members])
+        self._enough, self._dt, self._shares = ENOUGH * evidence, dt, members
+        self.design(eddies)
         self._least = 0.4 * GYRO_STD**2 * 0.01 / dt
         self._memory = ShareMemory(0, (), self._least, 0.0)
+
+    def design(self, eddies: float) -> None:
+        """Design the filters for other eddies; what they know is kept."""
+        self._gains = tuple([stationary_gains(share * eddies, self._dt) for share in self._shares])
 
     @property
     def left(self) -> float:

@@ -111,12 +111,16 @@ class StuckWatch:
 
     def __init__(self, evidence: float, eddies: float, dt: float, members: Sequence[float] = EDDIES) -> None:
         """Design the filters; arguments as those of `ShareWatch`."""
-        self._evidence, self._dt = evidence, dt
+        self._evidence, self._dt, self._shares = evidence, dt, members
         self._noise = GYRO_STD**2 * 0.01 / dt
-        walks = [share * eddies for share in members]
-        self._walks = tuple([walk * walk * dt for walk in walks])
-        self._gains = tuple([stationary_gains(walk, dt) for walk in walks])
         self._memory = _FRESH
+        self.design(eddies)
+
+    def design(self, eddies: float) -> None:
+        """Design the filters for other eddies; what they know is kept."""
+        walks = [share * eddies for share in self._shares]
+        self._walks = tuple([walk * walk * self._dt for walk in walks])
+        self._gains = tuple([stationary_gains(walk, self._dt) for walk in walks])
 
     @property
     def stuck(self) -> tuple[int, float]:

@@ -9,9 +9,10 @@ from firmware_py.control.control import LawKind
 from firmware_py.control.sliding_mode_params import PAPER_DEPTH_GAINS, PAPER_HEADING_GAINS, GainSet
 from firmware_py.params import dump, to_toml_value
 from firmware_py.part_name import PartName
-from firmware_py.records.event import Cause
+from firmware_py.records.event import Cause, Severity
 from firmware_py.records.event_text import texts
 from sternplane.logs import losses
+from sternplane.logs.event_list import listed_events
 from sternplane.logs.health_record import actuator_text
 from sternplane.logs.run import Run
 from sternplane.logs.summary import Summary
@@ -20,24 +21,25 @@ from sternplane.report import fault_marks, health_plot
 from sternplane.report.adoption_table import adoption_section
 from sternplane.report.figures import Figures, mode_colours
 from sternplane.report.limits_table import limits_section
-from sternplane.report.page import Heading, Page, Section, Table, plot_section, render, rows_of
+from sternplane.report.page import Cell, Heading, Page, Section, Table, plot_section, render, rows_of
 from sternplane.report.steering_text import control_of, steering_text
 
 _MOST_EVENTS = 500
 """So many from the begin and so many from the end are listed."""
+_STATES = {
+    **dict.fromkeys((Severity.EMERGENCY, Severity.ALERT, Severity.CRITICAL, Severity.ERROR), "bad"),
+    Severity.WARNING: "warn",
+}
+"""How severities are shown that stand out."""
 _IDENTITY = (("seed", "seed"), ("faults", "faults"), ("revision", "git"), ("recorded", "stamp"))
 
 
 def flight_page(log: Run, summary: Summary) -> str:
     """Return the report of a flight as HTML."""
     header, figures = log.header, Figures(log)
-    events = [(f"{t:.2f} s", text) for t, text in summary["events"]] or [("", "none")]
-    if len(events) > 2 * _MOST_EVENTS:
-        left_out = ("", f"{len(events) - 2 * _MOST_EVENTS} more: see summary.json")
-        events = [*events[:_MOST_EVENTS], left_out, *events[-_MOST_EVENTS:]]
     shown = [(plot, not plot.tall and (i == 0 or plot.title == health_plot.TITLE)) for i, plot in enumerate(figures)]
     sections: list[Section | Heading] = [plot_section(plot, wide=wide) for plot, wide in shown if not plot.section]
-    sections.append(Section("Events", tables=(Table(rows_of(events), style="log"),), wide=True, anchor="events"))
+    sections.append(Section("Events", tables=(Table(_events(log), style="log"),), wide=True, anchor="events"))
     sections += adoption_section(summary)
     sections += limits_section(summary)
     group = ""
@@ -67,6 +69,18 @@ def flight_page(log: Run, summary: Summary) -> str:
         footnote=_footnote(figures),
     )
     return render(page)
+
+
+def _events(log: Run) -> list[tuple[Any, ...]]:
+    """Return the rows of the events' table: time, severity in its colour, sentence."""
+    rows: list[tuple[Any, ...]] = []
+    for event in listed_events(log):
+        state = "" if event.severity is None else _STATES.get(event.severity, "note")
+        rows.append((f"{event.t:.2f} s", Cell(event.severity_word or "", state), event.text))
+    if len(rows) > 2 * _MOST_EVENTS:
+        left_out = ("", "", f"{len(rows) - 2 * _MOST_EVENTS} more: see summary.json")
+        return [*rows[:_MOST_EVENTS], left_out, *rows[-_MOST_EVENTS:]]
+    return rows or [("", "", "none")]
 
 
 def _losses(summary: Summary) -> Iterator[Section]:

@@ -65,6 +65,16 @@ class Hull:
         return self.watch.fault
 
 
+@pytest.mark.parametrize("seed", [1000, 1004])
+def test_designed_for_the_eddies_that_there_are_it_finds_nothing_in_them(seed: int) -> None:
+    before, after = Hull(seed, eddies=0.04), Hull(seed, eddies=0.04)
+    after.watch.design(1.5 * after.eddies)
+    before.run(300.0)
+    after.run(300.0)
+    assert before.named != []
+    assert after.named == []
+
+
 @pytest.mark.parametrize("seed", range(1000, 1004))
 def test_fins_without_force_are_lost(seed: int) -> None:
     hull = Hull(seed)

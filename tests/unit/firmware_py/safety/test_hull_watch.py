@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import math
 import tomllib
@@ -19,6 +20,7 @@ from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.health import ALL_GOOD, ActuatorFault, SourceFault, SourceHealth, SourceState
 from firmware_py.records.sensing import Ahrs, Dvl, Heard, silence
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
+from firmware_py.safety.actuators.hull_reference import HullReference
 from firmware_py.safety.actuators.hull_watch import HullWatch
 from firmware_py.safety.actuators.water_speed import WaterSpeed
 from firmware_py.tick import Tick
@@ -123,6 +125,29 @@ class Yawing:
 def test_rudders_that_do_what_held_are_sound_however_wrong_the_file_is() -> None:
     assert Yawing(0.2, None).run(120.0) is not NONE  # by vehicle.toml
     assert Yawing(0.2, knowing(0.2)).run(300.0) is NONE
+
+
+def test_filters_follow_what_eddies_do_by_what_held_and_so_they_do_when_a_flight_is_entered_in_its_middle() -> None:
+    file = dataclasses.replace(VEHICLE.coefficients, N_v=0.5 * VEHICLE.coefficients.N_v)
+    believed = dataclasses.replace(VEHICLE, coefficients=file)
+    reference, true = HullReference(believed, 0.1), HullReference(VEHICLE, 0.1)
+    assert reference.eddies[1] < 0.6 * true.eddies[1]
+    held = knowing(1.0).held_steering
+    assert reference.refer(1, held)
+    assert reference.eddies[1] == pytest.approx(true.eddies[1], rel=0.1)
+    slightly = steering_coefficients(VEHICLE)._replace(N_v=1.02 * VEHICLE.coefficients.N_v)
+    assert not reference.refer(1, tuple(slightly))  # filters are not designed anew for so little
+    assert not reference.refer(0, knowing(1.0).held_diving)
+    assert reference.refer(1, ())
+    hull = Yawing(1.0, knowing(1.0), SPEED)
+    hull.watch = HullWatch(ActuatorParams(), believed)
+    hull.run(5.0)
+    twin = copy.deepcopy(hull)
+    twin.watch = HullWatch(ActuatorParams(), believed)
+    twin.watch.thaw(hull.watch.freeze())
+    hull.run(5.0)
+    twin.run(5.0)
+    assert twin.watch.freeze() == hull.watch.freeze()
 
 
 def test_an_ahrs_that_was_away_in_flight_is_no_witness_against_fins_for_two_minutes() -> None:

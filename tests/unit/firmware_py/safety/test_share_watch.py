@@ -57,6 +57,17 @@ def test_nothing_is_found_in_sound_fins_nor_when_eddies_begin_or_end(eddies: flo
     assert hull.named == []
 
 
+@pytest.mark.parametrize("seed", [1002, 1003])
+def test_designed_for_the_eddies_that_there_are_it_finds_nothing_in_them(seed: int) -> None:
+    """Designed by a file that made too little of eddies it called sound rudders weak in the demonstration."""
+    before, after = Hull(seed, 0.03), Hull(seed, 0.03)
+    after.watch.design(0.03)
+    before.run(300.0)
+    after.run(300.0)
+    assert before.named != []
+    assert after.named == []
+
+
 def test_fins_that_do_not_move_tell_nothing() -> None:
     hull = Hull(1000)
     hull.swing = 0.0

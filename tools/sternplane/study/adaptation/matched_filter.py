@@ -55,6 +55,8 @@ class MatchedFilter:
         before, self._applied = self._applied, cycle.applied
         if before is None:
             return False
-        known = dataclasses.replace(cycle.adopted, caution=0.0, held_diving=self._diving, held_steering=self._steering)
+        known = dataclasses.replace(
+            cycle.adopted, caution=0.0, held_diving=self._diving, held_steering=self._steering, halved=(False, False)
+        )
         health = self._watch.update(cycle.tick, cycle.frame, before, cycle.state, known)
         return health.left[self._fin].effect < 1.0
