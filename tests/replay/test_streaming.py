@@ -20,11 +20,12 @@ from sternplane.logs.reading import Log, Piece, read
 from sternplane.logs.replay import replay
 from sternplane.logs.streaming import stream
 from sternplane.logs.summary import summarise
+from sternplane.logs.summary_text import key_figures
 from sternplane.report import figures
 from sternplane.report.thinning import envelope, stride_of
 
 from firmware_py.adapters.storage.recorder import LogWriter
-from firmware_py.records.health import SensorHealth
+from firmware_py.records.health import SensorHealth, WeightState
 from firmware_py.records.mission import Mission, Waypoint
 from firmware_py.records.order import MissionChange, Mode
 
@@ -139,6 +140,17 @@ def test_what_was_not_good_is_in_the_summary_and_drawn(eventful: Log) -> None:
     assert plot.figure.layout.showlegend
 
 
+def test_a_weight_that_its_hardpoint_still_holds_is_told_as_such(eventful: Log) -> None:
+    c, t = eventful.columns, eventful.columns["t"]
+    held, commanded, stuck = WeightState.HELD, WeightState.COMMANDED, WeightState.STUCK
+    c["actuators.drop_weight"] = np.select([t > 49.0, t > 47.0], [stuck, commanded], held)
+    summary = summarise(eventful)
+    assert summary["health"]["weight_released_s"] is None
+    assert summary["health"]["weight_stuck_s"] == pytest.approx(49.01)
+    told = "release commanded at 47.0 s, but its hardpoint still holds it"
+    assert ("drop weight", told) in [row for rows in key_figures(summary).values() for row in rows]
+
+
 def test_where_all_was_well_nothing_is_drawn_of_it(flown: Path) -> None:
     log = read(flown)
     assert summarise(log)["health"] == {
@@ -147,6 +159,7 @@ def test_where_all_was_well_nothing_is_drawn_of_it(flown: Path) -> None:
         "ascent_s": {},
         "weight_commanded_s": None,
         "weight_released_s": None,
+        "weight_stuck_s": None,
     }
     assert set(SensorHealth._fields) <= {name.split(".")[2] for name in log.columns if name.startswith("state.sensors")}
     assert "Health" not in [plot.title for plot in figures.Figures(log)]

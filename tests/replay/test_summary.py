@@ -349,6 +349,7 @@ def everything(flown: Path) -> Summary:
         "actuators": {"stern_starboard": fault},
         "weight_commanded_s": 12.0,
         "weight_released_s": None,
+        "weight_stuck_s": 15.0,
     }
     return summary
 

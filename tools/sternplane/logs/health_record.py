@@ -124,11 +124,12 @@ class HealthRecord:
 
         sensors: by name suspect_s, lost_s, first_s and faults_s by fault; actuators: by name faulty_s, first_s,
         last_s (until when), last (the fault that it had then), stuck_deg (where it stays at the end, None if it moves
-        or nobody knows) and faults_s; ascent_s: by stage; weight_commanded_s, weight_released_s: when, None if it was
-        not.
+        or nobody knows) and faults_s; ascent_s: by stage; weight_commanded_s, weight_released_s, weight_stuck_s: when,
+        None if it never was.
         """
         commanded = [span.begin for span in self.commanded.spans if span.value]
         released = [span.begin for span in self.drop.spans if span.value in _RELEASED]
+        stuck = [span.begin for span in self.drop.spans if span.value == WeightState.STUCK]
         stages = {AscentStage(value): s for value, s in sorted(self.ascent.durations.items()) if value}
         return {
             "sensors": {name: _sensor(line) for name, line in self.sensors.items() if not line.quiet},
@@ -140,6 +141,7 @@ class HealthRecord:
             "ascent_s": {stage.name.lower(): round(s, 6) for stage, s in stages.items()},
             "weight_commanded_s": commanded[0] if commanded else None,
             "weight_released_s": released[0] if released else None,
+            "weight_stuck_s": stuck[0] if stuck else None,
         }
 
 
@@ -225,7 +227,8 @@ def key_figures(health: Mapping[str, Any], end: float) -> list[tuple[str, str]]:
         )
     found += [(name, actuator_text(one, end)) for name, one in health["actuators"].items()]
     if health["weight_commanded_s"] is not None and health["weight_released_s"] is None:
-        found.append(("drop weight", f"release commanded at {health['weight_commanded_s']:.1f} s, not confirmed"))
+        told = "not confirmed" if health["weight_stuck_s"] is None else "but its hardpoint still holds it"
+        found.append(("drop weight", f"release commanded at {health['weight_commanded_s']:.1f} s, {told}"))
     if health["weight_released_s"] is not None:
         found.append(("drop weight released", f"at {health['weight_released_s']:.1f} s"))
     return found
