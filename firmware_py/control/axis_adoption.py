@@ -261,7 +261,7 @@ class AxisAdoption:
 
     def _target(self, m: AxisMemory) -> tuple[Source, Values]:
         """Return where the values in force come from now, and towards what they move."""
-        if m.good and m.since < _RELEARNING:
+        if m.good and (m.since < _RELEARNING or (m.unknown and m.share < 1.0)):
             return Source.LAST_GOOD, with_share(self._model.names, m.good[0], m.share)
         if any(m.sure) and m.refusal not in (Refusal.DESIGN, Refusal.RESIDUALS):
             old = any(was for was, name in zip(m.earlier, self._model.names, strict=True) if name[0] in _MOMENTS)

@@ -17,6 +17,9 @@ which is process noise along what they drive. While something speaks for a fin t
 (`safety.actuators.stuck_watch`; or the gyros contradict the filter, and who could tell whether by the fin's effect or
 its angle?) that of an unknown angle counts, the coefficients of the axis are held, and they are what they were before
 it began to.
+
+So it is where fins act on both axes, as those of an X tail, and some are weak: if one is lost, the others pitch the
+vehicle when they turn it, which no coefficient says, and all that is learned is wrong then (N_v by 59 sigma).
 """
 
 from __future__ import annotations
@@ -96,6 +99,7 @@ class DoubtedFins:
             for row in self._rows
         ]
         """1 sigma of an axis' fin angle where one of its fins may be anywhere, rad."""
+        self._crossed = vehicle.fins_crossed
 
     @property
     def held(self) -> tuple[bool, ...]:
@@ -123,8 +127,9 @@ class DoubtedFins:
         m, ekf = self._memory, self._ekf
         silent = [any(share and off for share, off in zip(row, mute, strict=True)) for row in self._rows]
         changed, burst = False, ekf.bursts != m.bursts
-        if any(silent) or m.std != _FRESH.std:
-            changed = self._follow_angles(t, silent, mute, rates, doubts)
+        lame = self._crossed and any(doubt.weak for doubt in doubts)
+        if any(silent) or lame or m.std != _FRESH.std:
+            changed = self._follow_angles(t, silent, mute, rates, doubts, lame)
         elif burst:
             self._contradicted(t)
             changed = True
@@ -149,14 +154,18 @@ class DoubtedFins:
         mute: Sequence[bool],
         rates: Sequence[float],
         doubts: Sequence[AxisDoubt],
+        lame: bool,
     ) -> bool:
-        """Do what `update` does for fins that report nothing, on the axes that are `silent`."""
+        """Do what `update` does for fins that report nothing, on the axes that are `silent`, and for `lame` ones."""
         m, ekf = self._memory, self._ekf
         until = m.until
         if ekf.bursts != m.bursts:
             until = tuple([t + _CONTRADICTED if one else was for one, was in zip(silent, until, strict=True)])
         held = tuple(
-            [one and (doubt.stays > 0.0 or t < end) for one, doubt, end in zip(silent, doubts, until, strict=True)]
+            [
+                lame or (one and (doubt.stays > 0.0 or t < end))
+                for one, doubt, end in zip(silent, doubts, until, strict=True)
+            ]
         )
         past = min(1.0, (t - m.last) / _RATE_TIME)
         turning = tuple([w + (r * r - w) * past for w, r in zip(m.turning or (0.0,) * len(rates), rates, strict=True)])
@@ -173,7 +182,7 @@ class DoubtedFins:
             return False
         begins = [now and not was for now, was in zip(held, m.held, strict=True)]
         if any(begins):
-            stays = max(doubt.stays for doubt, begun in zip(doubts, begins, strict=True) if begun)
+            stays = math.inf if lame else max(doubt.stays for doubt, b in zip(doubts, begins, strict=True) if b)
             self._go_back(t, stays, water=False)
             if ekf.bursts != m.bursts and not all(silent):
                 ekf.boost(ekf.withheld)  # of those that report, which it took back

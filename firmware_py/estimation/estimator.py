@@ -97,7 +97,7 @@ class Estimator:
             ParamError: a list of coefficients that the vehicle does not have, or that gives no scale.
         """
         self._params, self._vehicle = params, vehicle
-        self._arms = LeverArms(vehicle)
+        self._arms, self._crossed = LeverArms(vehicle), vehicle.fins_crossed
         self._selection = Selection(params.selection, params.integrity, params, vehicle)
         self._navigation = Navigation(params, origin)
         self.heard = self.placed = self.believed = silence(len(vehicle.fins))
@@ -159,7 +159,12 @@ class Estimator:
         self.heard = selection.in_front(frame)
         frame = self._arms.at_origin(frame, tick.t, self.heard.ahrs)
         self.placed = selection.in_front(frame)
-        believed = self.believed = selection.update(tick, frame, applied, known)
+        if self._crossed and any(doubt.weak for doubt in doubts):  # planes turn it too, and no model says how much
+            fins = tuple([replace(fin, ok=False) for fin in frame.fins])
+            judged = selection.update(tick, replace(frame, fins=fins), applied, known)
+            believed = self.believed = replace(judged, fins=frame.fins)
+        else:
+            believed = self.believed = selection.update(tick, frame, applied, known)
         correction, integrity = selection.correction, selection.integrity
         if correction is not NO_CORRECTION:
             self._navigation.correct(correction.depth, correction.heading)

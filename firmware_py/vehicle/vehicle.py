@@ -183,3 +183,9 @@ class Vehicle:
     def deflection_rows(self) -> tuple[tuple[float, ...], ...]:
         """Rows that turn fin angles into delta_s, delta_r and delta_b; see `fins.deflection_rows`."""
         return deflection_rows(self.fins)
+
+    @property
+    def fins_crossed(self) -> bool:
+        """Return whether a fin acts on diving and turning alike, as those of an X tail do."""
+        planes, rudders, *_ = self.deflection_rows
+        return any(share and other for share, other in zip(planes, rudders, strict=True))

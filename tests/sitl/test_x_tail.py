@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from sternplane.sitl.flight import SCENARIOS
 
 from firmware_py.adapters.installation import configs
 from firmware_py.config_files import read_configuration
 from firmware_py.config_files import vehicle as vehicle_of
+from firmware_py.records.event import Cause
+from firmware_py.records.health import SourceState
 from tests.sitl.flights import Flights
 from tests.straight_run import hold, under_way
 
@@ -48,3 +51,18 @@ def test_an_x_that_lost_a_fin_dives_and_turns_with_the_three_others(flown: Fligh
     assert z[-300:] == pytest.approx(12.0, abs=0.15)
     assert psi[-300:] == pytest.approx(40.0, abs=3.0)
     assert np.abs(fins).max() < np.radians(19.9)  # it is not steered at its limits
+
+
+def test_nothing_is_learned_of_an_x_that_lost_a_fin_and_no_sensor_is_blamed_for_it(flown: Flights) -> None:
+    """Its planes turn it then: the heading was not believed for that, and N_v was called valid 59 sigma off."""
+    text = (SCENARIOS / "demo.toml").read_text().replace("duration_s = 330.0", "duration_s = 180.0", 1)
+    faulty = text.replace('completes = "surfaced"', 'completes = "time"\nfaults = ["lost:upper_port@110"]', 1)
+    _, log = flown(faulty, vehicle=X)
+    (named, *_) = [s for s, events in log.events for event in events if event.cause is Cause.DAMAGED]
+    c, t = log.columns, log.columns["t"]
+    before, after = (t > 100.0) & (t < 110.0), t > named
+    assert named < 125.0
+    assert c["state.learned.valid"][before].any()
+    assert not c["state.learned.valid"][after].any()
+    assert (c["state.sensors.ahrs.state"] == SourceState.GOOD).all()
+    assert np.abs(log.truth["eta.z"] - c["reference.z_d"])[after].max() < 0.25

@@ -478,6 +478,17 @@ def test_while_nobody_knows_where_a_plane_is_the_motion_is_no_evidence_and_what_
     assert values(during) == before
 
 
+def test_where_nothing_is_learned_of_damaged_fins_what_they_have_left_stays_in_force() -> None:
+    """As of an X tail that lost a fin: what is held in the filter is what whole fins did."""
+    flown, half = AdoptingVehicle(), (FinHealth(0.5, source=FinEvidence.MOTION),) * 4
+    flown.fly(50.0, learned())
+    for seconds in (3.0, 40.0):
+        now = flown.fly(seconds, learned(), half, held=(True, True))
+        assert (now.depth.source, now.heading.source) == (Source.LAST_GOOD,) * 2
+        assert now.diving[-1] == pytest.approx(0.5 * FILE["M_ds"], rel=0.05)
+        assert now.steering[-1] == pytest.approx(0.5 * FILE["N_dr"], rel=0.05)
+
+
 def test_what_fell_just_before_nobody_knew_where_a_plane_is_comes_to_be_no_good_value() -> None:
     vehicle = AdoptingVehicle(true(M_ds=1.3))
     good = vehicle.fly(24.0, learned(M_ds=1.3)).held_diving

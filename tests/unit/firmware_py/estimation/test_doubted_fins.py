@@ -5,10 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from firmware_py.adapters.installation import configs
+from firmware_py.config_files import read_configuration
+from firmware_py.config_files import vehicle as vehicle_of
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.doubted_fins import _FRUITLESS, DoubtedFins
-from firmware_py.records.health import NO_DOUBTS
+from firmware_py.records.health import NO_DOUBTS, AxisDoubt
 from tests.estimation.cases import VEHICLE
 
 TAUGHT = 1.3
@@ -77,3 +80,26 @@ def test_passes_begin_with_believed_coefficients_until_one_has_confirmed_others(
         begin()
         start = ekf.freeze().iteration.start[0][:, ekf.model.first :] / np.array(ekf.model.believed)
         assert start[:, : len(ekf.names)] == pytest.approx(TAUGHT if confirmed else 1.0)
+
+
+@pytest.mark.parametrize("crossed", [False, True])
+def test_weak_fins_that_act_on_both_axes_are_held_at_what_was_known_and_others_learned_anew(
+    ekf: CoefficientEkf, crossed: bool
+) -> None:
+    """One of an X tail that is lost makes a moment that no coefficient says."""
+    x_tail = read_configuration(configs() / "torpedo_x")
+    fins = DoubtedFins(ekf, vehicle_of(x_tail) if crossed else VEHICLE)
+    none, weak = (0.0,) * 4, (AxisDoubt(), AxisDoubt(0.0, True))
+    for k in range(8):
+        fins.update(float(k), [False] * 4, none, NO_DOUBTS)
+    ekf.x[:, ekf.model.first :] *= 2.0  # since the fin was lost
+    assert fins.update(8.0, [False] * 4, none, weak)
+    assert fins.held == (crossed, crossed)
+    assert all(fins.holds(name) == crossed for name in ekf.names)
+    assert parameters(ekf) == pytest.approx(TAUGHT)
+    place = ekf.model.first + ekf.names.index("N_dr")
+    known = ekf.P[0, place, place] < 0.02 * ekf.prior[place] ** 2
+    assert known == crossed
+    assert not fins.update(9.0, [False] * 4, none, weak)
+    assert fins.update(10.0, [False] * 4, none, NO_DOUBTS) == crossed  # they work again
+    assert fins.held == (False, False)
