@@ -44,6 +44,7 @@ REMUS = Group(
 _X_FINS = ("upper_port", "upper_starboard", "lower_starboard", "lower_port")
 _UNEVEN = (
     Allowed(("ahrs",), ("STEERING",), "three fins of an X turn the hull as they dive it, beyond what rudders explain"),
+    Allowed(_X_FINS, ("WEAK",), "one of the four is lost, and the motion does not tell which"),
 )
 X_TAIL = Group(
     "A vehicle with an X tail",
@@ -69,7 +70,7 @@ X_TAIL = Group(
             "lost:upper_port",
             "lost:upper_port@{t}",
             named=None,
-            note="a quarter of either plane is less than what is named, and the three others steer",
+            note="a quarter of either plane is less than what is surely named, and the three others steer",
             allowed=_UNEVEN,
         ),
         _x_tail(
