@@ -44,7 +44,7 @@ REMUS = Group(
 _X_FINS = ("upper_port", "upper_starboard", "lower_starboard", "lower_port")
 _UNEVEN = (
     Allowed(("ahrs",), ("STEERING",), "three fins of an X turn the hull as they dive it, beyond what rudders explain"),
-    Allowed(_X_FINS, ("WEAK",), "one of the four is lost, and the motion does not tell which"),
+    Allowed(_X_FINS[1:], ("WEAK",), "one of the four is lost, and the motion does not tell which"),
 )
 X_TAIL = Group(
     "A vehicle with an X tail",
