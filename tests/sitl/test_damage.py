@@ -11,8 +11,9 @@ from sternplane.study.waypoints import waypoint
 
 from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.records.event import Cause, EventKind
+from firmware_py.records.health import ActuatorFault
 from firmware_py.records.order import Mode
-from tests.sitl.flights import Flights
+from tests.sitl.flights import KNOWN_DEMONSTRATION, Flights
 from tests.straight_run import hold, under_way
 
 M_DS = TEN.index("M_ds")
@@ -44,6 +45,18 @@ def test_a_rudder_that_jams_at_20_deg_leaves_too_little_and_brings_the_vehicle_u
     assert log.columns["mode.mode"][-1] in (Mode.SURFACE, Mode.DISARMED)
     causes = [e.cause for _, events in log.events for e in events if e.kind is EventKind.MODE_CHANGED]
     assert Cause.RUDDER_FAULT in causes
+
+
+def test_half_of_the_rudder_that_is_lost_in_a_turn_is_not_taken_for_all_of_it(flown: Flights) -> None:
+    """What is missing is a step then, greater at first than what a filter that is used to no rudder would see."""
+    text = KNOWN_DEMONSTRATION.replace("duration_s = 330.0", "duration_s = 195.0", 1)
+    faulty = text.replace('completes = "surfaced"', 'completes = "time"\nfaults = ["lost:rudder_upper@186"]', 1)
+    _, log = flown(faulty, seed=1004)
+    c, t = log.columns, log.columns["t"]
+    weak = c["actuators.fins"][:, 2:] == ActuatorFault.WEAK
+    assert 0.5 < t[weak.any(axis=1)][0] - 186.0 < 2.0
+    assert not (c["actuators.fins"] == ActuatorFault.LOST).any()
+    assert c["mode.mode"][-1] == Mode.MISSION
 
 
 def test_planes_that_are_lost_beside_a_silent_one_bring_the_vehicle_up(flown: Flights) -> None:

@@ -49,6 +49,9 @@ GUST_TIME = 1.2
 """What has spoken for a fault for a shorter time, s, may be a gust."""
 _FADING_TIME = 1.0
 """While the water changes it fades in this time, s."""
+_PLAIN = 2.0
+"""A fault that begins in a turn is a step, greater than its signature at first, and half of the fins look like none.
+Where fins make more than so many sigma of an innovation in a step, what the filter takes for a disturbance tells."""
 _FULL = 0.75
 """Fins beyond this share of their travel hold against something."""
 _INERTIA_TIME, _TURNED = 3.0, math.radians(3.0)
@@ -234,12 +237,15 @@ class AxisWatch:
             weak = max(0.0, keep * m.weak + _ratio(_HALF * usual, usual - usual_std, eg, gg))
         held, turned = self._held_in_vain(m, rate, fins, over, fins + hull)
         suspected = m.suspected + dt if max(lost, weak / _WEAK) > SUSPECT * enough else 0.0
-        if turned > _TURNED and fault is not ActuatorFault.LOST:
+        vain = turned > _TURNED and fault is not ActuatorFault.LOST
+        if vain:
             lost, suspected = enough, GUST_TIME
+        half = abs(after[1] - _HALF * usual * share[1]) < abs(after[1] - usual * share[1])
+        halved = half and abs(share[1]) > _PLAIN * math.sqrt(counted) / dt
         sure = suspected >= GUST_TIME
         if (sure and (lost >= enough or weak >= _WEAK * enough)) or good >= HEALED * enough:
             fault = ActuatorFault.NONE if good >= HEALED * enough else ActuatorFault.WEAK
-            if sure and lost >= enough:
+            if vain or (sure and lost >= enough and not (m.fault is ActuatorFault.NONE and halved)):
                 fault = ActuatorFault.LOST
             suspected = lost = weak = good = held = turned = 0.0
 
