@@ -185,8 +185,8 @@ class AxisAdoption:
         m = self._memory = m._replace(unknown=unknown)
         share = share_left(self._model.shares, left)
         if share != m.share:
-            m = m._replace(share=share, since=0.0 if share < m.share else math.inf)
-            m = self._memory = m._replace(whole=Effect(0.0, 0.0), halved=False)
+            since = 0.0 if share < m.share else math.inf
+            m = self._memory = m._replace(share=share, since=since, whole=Effect(0.0, 0.0), halved=False)
             self._evidence = no_evidence(2)
         known = all(ok for ok, name in zip(valid, self._model.names, strict=True) if name[0] in _MOMENTS)
         if known and not m.valid and m.refusal is Refusal.RESIDUALS:
