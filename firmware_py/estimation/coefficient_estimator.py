@@ -193,9 +193,9 @@ class CoefficientEstimator:
         self._running = self._begun = False
 
     def _permit(self) -> None:
-        """Let only excited coefficients learn that are not held; the others do not become less certain."""
+        """Let coefficients learn whose motion is informative, and that are not held; others become no less certain."""
         held = [self._doubts.holds(name) for name in self.ekf.names]
-        self.ekf.permit(self._health.excited & ~np.array(held, dtype=np.bool_))
+        self.ekf.permit(self._health.informative & ~np.array(held, dtype=np.bool_))
         self._ever |= self._health.excited
 
     def _learned_now(self, before: Learned | None, report: tuple[Event, ...]) -> Learned:

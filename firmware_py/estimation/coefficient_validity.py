@@ -1,6 +1,8 @@
 """Whether what was learned may be relied on: excitation, consistency and validity, each with hysteresis.
 
-A coefficient is *excited* when the force that it multiplies moves the vehicle by more than the sensors can resolve. The
+A coefficient is *excited* when the force that it multiplies moves the vehicle by more than the sensors can resolve. Its
+motion is *informative* when it is excited by so much more as it is known better than UNSURE: in closed loop, fins that
+hold a straight course move by the noise of the very sensors that are learned from, and slowly teach a wrong value. The
 filter is *consistent* when the running means of its normalised innovations squared (NIS; Bar-Shalom, Li and Kirubarajan
 2001, 5.4) lie where chance lets them lie. A coefficient is *valid* when the filter is consistent and is certain of it;
 it becomes so only while it is excited, and stays so while nothing contradicts it.
@@ -32,6 +34,9 @@ CAREFUL = 2.0
 makes the filter careful on purpose. Where it is more than need be sigma is too large, which misleads no law."""
 EXCITATION_END = 0.25
 """An excitation ends at this share of the mean square that it begins at: half the acceleration."""
+UNSURE = 0.05
+"""A coefficient with a greater 1 sigma, as a share of its believed size, is taught by whatever excites it; one with a
+smaller sigma only by accelerations that are greater by as much."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +112,7 @@ class ValidityMemory(NamedTuple):
     valid: tuple[bool, ...]
     excited: tuple[bool, ...]
     level: tuple[float, ...]
+    informative: tuple[bool, ...]
     window: tuple[tuple[float, ...], ...]
     consistent: bool
     wait: float
@@ -125,6 +131,7 @@ class CoefficientValidity:
         inertia = np.diag(model.arrays.inverse_mass)[equation]
         self._gain = weight * self._scale[parameter] * inertia / seen[equation]
         self._valid, self.excited = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
+        self.informative = np.zeros(count, dtype=np.bool_)
         self._level = np.zeros(count)
         """Mean square of the acceleration that each force would make, over the one that can be seen."""
         self._window = np.zeros((len(SENSORS), 3))
@@ -142,7 +149,7 @@ class CoefficientValidity:
             nis: of u v w p q r phi theta psi, (9,), those of rejected measurements too; NaN where nothing came.
 
         Returns:
-            Whether what is excited has changed.
+            Whether what is excited, or informative, has changed.
         """
         params = self._params
         self._wait = max(0.0, self._wait - dt)
@@ -151,6 +158,7 @@ class CoefficientValidity:
         settled = self._wait == 0.0
         share = -math.expm1(-dt / params.excitation_time) if settled else 0.0
         changed = _excite(self._terms, self._gain, regressors, share, self._level, self.excited)
+        changed |= _inform(std, self._scale, self._level, self.informative)
         trusted = self._consistent and settled
         _judge(std, self._scale, params.valid_std, params.invalid_std, trusted, self.excited, self._valid)
         return changed
@@ -189,6 +197,7 @@ class CoefficientValidity:
             tuple(self._valid.tolist()),
             tuple(self.excited.tolist()),
             tuple(self._level.tolist()),
+            tuple(self.informative.tolist()),
             tuple(map(tuple, self._window.tolist())),
             self._consistent,
             self._wait,
@@ -197,7 +206,7 @@ class CoefficientValidity:
     def thaw(self, memory: ValidityMemory) -> None:
         """Goes on from there."""
         self._valid[:], self.excited[:], self._level[:] = memory.valid, memory.excited, memory.level
-        self._window[:] = memory.window
+        self.informative[:], self._window[:] = memory.informative, memory.window
         self._consistent, self._wait = memory.consistent, memory.wait
 
 
@@ -252,6 +261,18 @@ def excite(terms: ForceTerms, gain: Vector, regressors: Vector, share: float, le
 
 
 @kernel()
+def inform(std: Vector, scale: Vector, level: Vector, informative: Flags) -> bool:
+    """Says of each coefficient whether its excitation tells more than is known. Returns whether that has changed."""
+    changed = False
+    for i in range(len(level)):
+        known, was = UNSURE * scale[i], informative[i]
+        unsure = std[i] / known if std[i] < known else 1.0
+        informative[i] = level[i] * unsure * unsure >= (EXCITATION_END if was else 1.0)
+        changed = changed or informative[i] != was
+    return changed
+
+
+@kernel()
 def judge(std: Vector, scale: Vector, enter: float, leave: float, trusted: bool, excited: Flags, valid: Flags) -> None:
     """Says of each coefficient whether it is valid; `enter` and `leave` are shares of `scale`."""
     for i in range(len(valid)):
@@ -260,4 +281,4 @@ def judge(std: Vector, scale: Vector, enter: float, leave: float, trusted: bool,
 
 
 _add_nis, _inside = unchecked(add_nis), unchecked(inside)
-_excite, _judge = unchecked(excite), unchecked(judge)
+_excite, _inform, _judge = unchecked(excite), unchecked(inform), unchecked(judge)

@@ -14,6 +14,7 @@ from firmware_py.estimation.coefficient_validity import (
     CAREFUL,
     ENTER,
     STAY,
+    UNSURE,
     CoefficientValidity,
     Validity,
     ValidityParams,
@@ -230,14 +231,44 @@ def test_excitation_is_the_acceleration_that_the_coefficient_makes(name: str, nu
         assert verdict.excited[NAMES.index(name)] == excited
 
 
-def test_it_is_told_whenever_what_is_excited_changes() -> None:
-    judge, was = hasty(), (False,) * len(NAMES)
+def test_it_is_told_whenever_what_is_excited_or_informative_changes() -> None:
+    judge, was = hasty(), ((False,) * len(NAMES),) * 2
     changes = 0
-    for k in range(900):
-        told = judge.update(DT, SCALE, BUSY if k % 300 < 150 else QUIET, FINE)
-        assert told == (judge.verdict.excited != was)
-        was, changes = judge.verdict.excited, changes + told
+    for k in range(1200):
+        share = UNSURE if k % 400 < 300 else 0.001
+        told = judge.update(DT, share * SCALE, BUSY if k % 300 < 150 else QUIET, FINE)
+        now = judge.verdict.excited, tuple(judge.informative.tolist())
+        assert told == (now != was)
+        was, changes = now, changes + told
     assert changes >= 6
+
+
+@pytest.mark.parametrize("share", [2.0 * UNSURE, UNSURE, 0.5 * UNSURE, 0.1 * UNSURE])
+def test_what_is_known_better_is_taught_only_by_as_much_greater_accelerations(share: float) -> None:
+    """In closed loop fins move by the noise of the sensors: little of it tells nothing, and teaches what is wrong."""
+    m_ds = NAMES.index("M_ds")
+    made = abs(MODEL.arrays.inverse_mass[4, 4] * SCALE[1] * forces(delta_s=0.1)[MODEL.arrays.terms.regressor[1]]) / 0.1
+    least = max(1.0, UNSURE / share)
+    for amplitude, informative in ((0.99 * least, False), (1.01 * least, True)):
+        judge = health(rate_gain=made)
+        verdict = last(judge, 100.0, share, y=forces(delta_s=amplitude))
+        assert judge.informative[m_ds] == informative
+        assert verdict.excited[m_ds] == (amplitude > 1.0)
+
+
+def test_what_is_valid_needs_only_excitation_and_a_reset_leaves_what_is_informative() -> None:
+    judge = hasty(speed_gain=0.05, rate_gain=1.0)
+    last(judge, 2.0, CERTAIN)
+    sure = 0.01
+    verdict = last(judge, 2.0, sure)
+    weak = [i for i, told in enumerate(judge.informative) if verdict.excited[i] and not told]
+    assert weak
+    judge.reset()
+    before = judge.informative.copy()
+    assert not any(judge.verdict.valid)
+    verdict = last(judge, 3.0, sure)
+    assert all(verdict.valid[i] for i in weak)
+    assert list(judge.informative) == list(before)
 
 
 def test_until_the_filter_has_settled_nothing_adds_to_excitation_and_what_was_excited_stays_so() -> None:
