@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from firmware_py.control.adoption_params import AdoptionParams
-from firmware_py.control.axis_memory import AxisMemory, Values, compared, proven, wanted
+from firmware_py.control.axis_memory import AxisMemory, Values, compared, proven
 from firmware_py.control.inherited_values import inherited, limits
 from firmware_py.control.lost_effect import Effect, share_left, with_share
 from firmware_py.control.model_evidence import Motion, no_evidence, pause, step
@@ -200,9 +200,9 @@ class AxisAdoption:
         sure = tuple(
             [s <= (_STAYS if was else 1.0) * limit * abs(f) for s, was, f in zip(std, m.sure, file, strict=True)]
         )
-        new = wanted(m, file, learned, std, sure)
-        candidate = self._bounded(new)
-        refusal = self._refusal(candidate, sure, candidate != new)
+        wanted = tuple([new if yes else old for new, yes, old in zip(learned, sure, m.candidate, strict=True)])
+        candidate = self._bounded(wanted)
+        refusal = self._refusal(candidate, sure, candidate != wanted)
         if refusal is Refusal.DESIGN:
             candidate = m.candidate
         if True in m.earlier:

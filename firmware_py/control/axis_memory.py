@@ -14,8 +14,6 @@ _PROVEN = 0.1
 """Good values are proven by valid ones that differ by no more than this share,"""
 _TURNS = slice(-2, None)
 """of damping and fins, which come last."""
-_SLIGHT = 0.05
-"""A change by less than this share of the file's value, and than 1 sigma, is no reason for another design."""
 
 
 class AxisMemory(NamedTuple):
@@ -60,17 +58,6 @@ class AxisMemory(NamedTuple):
     proven: Values = ()
     whole: Effect = Effect(0.0, 0.0)
     halved: bool = False
-
-
-def wanted(m: AxisMemory, file: Values, learned: Sequence[float], std: Sequence[float], sure: Sequence[bool]) -> Values:
-    """Return what would be in force if nothing were refused: learned values that are sure, once they differ enough."""
-    each = zip(learned, std, file, sure, m.sure, m.candidate, strict=True)
-    return tuple(
-        [
-            new if yes and not (was and abs(new - old) <= min(s, _SLIGHT * abs(f))) else old
-            for new, s, f, yes, was, old in each
-        ]
-    )
 
 
 def proven(m: AxisMemory, learned: Sequence[float], valid: Sequence[bool]) -> AxisMemory:

@@ -151,18 +151,6 @@ def test_each_coefficient_is_adopted_by_itself_and_kept_until_it_is_far_less_cer
     assert adopted.depth.source is Source.LAST_GOOD
 
 
-@pytest.mark.parametrize(("std", "least"), [(0.02, 0.02), (0.3, 0.05)])
-def test_a_slight_change_of_what_is_learned_designs_no_other_law(std: float, least: float) -> None:
-    """Less than a sigma is nothing that was learned, and of 5 % no law takes notice."""
-    vehicle = AdoptingVehicle(true(M_ds=1.4))
-    before = vehicle.fly(3.0, learned(std, M_ds=1.4))
-    assert values(before)["M_ds"] == pytest.approx(1.4 * FILE["M_ds"])
-    for change in (0.9 * least, -0.9 * least):
-        assert values(vehicle.fly(1.0, learned(std, M_ds=1.4 + change))) == values(before)
-    after = vehicle.fly(1.0, learned(std, M_ds=1.4 + 1.1 * least))
-    assert values(after)["M_ds"] == pytest.approx((1.4 + 1.1 * least) * FILE["M_ds"])
-
-
 def test_what_is_beyond_the_bound_is_held_at_it() -> None:
     adopted = AdoptingVehicle(true(M_ds=8.0)).fly(15.0, learned(M_ds=8.0))
     assert values(adopted)["M_ds"] == pytest.approx(5.0 * FILE["M_ds"])
