@@ -237,6 +237,12 @@ def inside(window: Matrix, z: float, slack: float) -> bool:
 
 
 @kernel()
+def lasts(level: float, was: bool) -> bool:
+    """Whether an excitation of this mean square begins, or goes on if there `was` one."""
+    return level >= (EXCITATION_END if was else 1.0)
+
+
+@kernel()
 def excite(terms: ForceTerms, gain: Vector, regressors: Vector, share: float, level: Vector, excited: Flags) -> bool:
     """Takes the forces of a step into the excitation of each coefficient: in the equation where it does most.
 
@@ -255,7 +261,7 @@ def excite(terms: ForceTerms, gain: Vector, regressors: Vector, share: float, le
                 most = square
         level[i] += share * (most - level[i])
         was = excited[i]
-        excited[i] = level[i] >= (EXCITATION_END if was else 1.0)
+        excited[i] = lasts(level[i], was)
         changed = changed or excited[i] != was
     return changed
 
@@ -267,7 +273,7 @@ def inform(std: Vector, scale: Vector, level: Vector, informative: Flags) -> boo
     for i in range(len(level)):
         known, was = UNSURE * scale[i], informative[i]
         unsure = std[i] / known if std[i] < known else 1.0
-        informative[i] = level[i] * unsure * unsure >= (EXCITATION_END if was else 1.0)
+        informative[i] = lasts(level[i] * unsure * unsure, was)
         changed = changed or informative[i] != was
     return changed
 

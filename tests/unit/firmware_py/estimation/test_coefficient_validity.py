@@ -68,6 +68,10 @@ def last(judge: CoefficientValidity, seconds: float, share: float = CERTAIN, **m
 
 BUSY = forces((1.83, 0.3, 0.2, 0.0, 0.15, 0.15), 0.2, 0.2)
 QUIET = forces()
+M_DS = NAMES.index("M_ds")
+M_DS_FORCE = forces(delta_s=0.1)[MODEL.arrays.terms.regressor[M_DS]] / 0.1
+M_DS_MADE = abs(MODEL.arrays.inverse_mass[4, 4] * SCALE[M_DS] * M_DS_FORCE)
+"""The acceleration by a rad of delta_s, rad/s^2."""
 
 
 def test_what_is_certain_excited_and_consistent_becomes_valid_when_the_filter_has_settled() -> None:
@@ -246,14 +250,12 @@ def test_it_is_told_whenever_what_is_excited_or_informative_changes() -> None:
 @pytest.mark.parametrize("share", [2.0 * UNSURE, UNSURE, 0.5 * UNSURE, 0.1 * UNSURE])
 def test_what_is_known_better_is_taught_only_by_as_much_greater_accelerations(share: float) -> None:
     """In closed loop fins move by the noise of the sensors: little of it tells nothing, and teaches what is wrong."""
-    m_ds = NAMES.index("M_ds")
-    made = abs(MODEL.arrays.inverse_mass[4, 4] * SCALE[1] * forces(delta_s=0.1)[MODEL.arrays.terms.regressor[1]]) / 0.1
     least = max(1.0, UNSURE / share)
     for amplitude, informative in ((0.99 * least, False), (1.01 * least, True)):
-        judge = health(rate_gain=made)
+        judge = health(rate_gain=M_DS_MADE)
         verdict = last(judge, 100.0, share, y=forces(delta_s=amplitude))
-        assert judge.informative[m_ds] == informative
-        assert verdict.excited[m_ds] == (amplitude > 1.0)
+        assert judge.informative[M_DS] == informative
+        assert verdict.excited[M_DS] == (amplitude > 1.0)
 
 
 def test_what_is_valid_needs_only_excitation_and_a_reset_leaves_what_is_informative() -> None:
@@ -295,8 +297,6 @@ def test_each_motion_excites_its_own_coefficients() -> None:
 
 def test_excitation_is_an_rms_with_hysteresis() -> None:
     """A fin that swings by A has the RMS A / sqrt(2); what begins at that stays down to half of it."""
-    m_ds = NAMES.index("M_ds")
-    made = abs(MODEL.arrays.inverse_mass[4, 4] * SCALE[1] * forces(delta_s=0.1)[MODEL.arrays.terms.regressor[1]]) / 0.1
 
     def swing(judge: CoefficientValidity, amplitude: float) -> Validity:
         for k in range(10_000):
@@ -304,9 +304,9 @@ def test_excitation_is_an_rms_with_hysteresis() -> None:
             verdict = judged(judge, SCALE, y, FINE)
         return verdict
 
-    judge = health(rate_gain=made)
+    judge = health(rate_gain=M_DS_MADE)
     for amplitude, excited in ((1.3, False), (1.5, True), (0.8, True), (0.6, False), (1.3, False)):
-        assert swing(judge, amplitude).excited[m_ds] == excited
+        assert swing(judge, amplitude).excited[M_DS] == excited
 
 
 @given(st.lists(st.sampled_from([math.nan, math.inf, -math.inf, 1e200, 0.0]), min_size=1, max_size=20))
