@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import multiprocessing
+import threading
 from io import StringIO
 from pathlib import Path
 
@@ -22,6 +24,22 @@ QUIET = Console(file=StringIO())
 def test_a_worker_that_is_killed_costs_no_job_and_none_counts_twice(tmp_path: Path) -> None:
     found = list(LocalCrew(2).results(squared, ((k, (k, str(tmp_path), 3, True)) for k in range(8))))
     assert sorted(found) == [(k, k * k) for k in range(8)]
+
+
+@pytest.mark.parametrize("taken", [1, 2, 3, 7])
+def test_a_worker_that_dies_while_a_result_is_kept_costs_no_job(taken: int) -> None:
+    """So the next job is handed to workers of which one is dead already."""
+    children, threads = multiprocessing.active_children(), threading.enumerate()
+    results = LocalCrew(1).results(divmod, ((k, (k, 3)) for k in range(8)))
+    found = [next(results) for _ in range(taken)]
+    for process in multiprocessing.active_children():
+        if process not in children:
+            process.kill()
+    for thread in threading.enumerate():
+        if thread not in threads and thread.name != "QueueFeederThread":
+            thread.join(60.0)
+            assert not thread.is_alive()
+    assert sorted([*found, *results]) == [(k, divmod(k, 3)) for k in range(8)]
 
 
 def test_a_job_that_no_process_survives_is_told_and_the_others_are_done(tmp_path: Path) -> None:

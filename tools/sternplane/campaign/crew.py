@@ -74,7 +74,7 @@ class LocalCrew:
         while True:
             broken: list[_Handed] = []
             yield from self._while_whole(work, waiting, suspects, broken)
-            if not broken:
+            if not (broken or suspects):
                 return
             if len(broken) == 1:
                 [one] = broken
@@ -87,20 +87,28 @@ class LocalCrew:
     def _while_whole(
         self, work: Callable[..., Result], waiting: Iterator[_Handed], suspects: deque[_Handed], broken: list[_Handed]
     ) -> Generator[tuple[Any, Result]]:
-        """Yield results until all is done, or a process has died: what was begun then stands in `broken`."""
+        """Yield results until all is done, or a process has died: what was begun then stands in `broken`.
+
+        What was to be begun just then is among the `suspects` again.
+        """
         begun: dict[Future[Result], _Handed] = {}
         with pool_of(self.size) as pool:
             while True:
-                if suspects:
-                    if not begun:
-                        one = suspects.popleft()
+                ready: Iterable[_Handed] = ()
+                if not suspects:
+                    ready = islice(waiting, _AHEAD * self.size - len(begun))
+                elif not begun:
+                    ready = (suspects.popleft(),)
+                for one in ready:
+                    try:
                         begun[pool.submit(work, *one.arguments)] = one
-                else:
-                    for one in islice(waiting, _AHEAD * self.size - len(begun)):
-                        begun[pool.submit(work, *one.arguments)] = one
+                    except BrokenProcessPool:  # a process has died since the last result
+                        suspects.appendleft(one)
+                        break
                 if not begun:
                     return
-                for future in wait(begun, return_when=FIRST_COMPLETED).done:
+                done = wait(begun, return_when=FIRST_COMPLETED).done
+                for future in [one for one in begun if one in done]:  # in the order in which they were begun
                     one = begun.pop(future)
                     try:
                         result = future.result()
