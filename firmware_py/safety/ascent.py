@@ -190,7 +190,8 @@ class Ascent:
             if trouble is not None and trouble.drop and not m.asked:
                 return trouble._replace(stage=REVERSE)
             stopped = v.u <= self._params.rest_speed if v.speed_ok else False
-            rises = v.attitude_ok and v.theta > 0.0 and m.z_dot < -_SINKS and not _fell(m, v) > _FELL
+            up = m.z_dot < -_SINKS and not _fell(m, v) > _FELL and v.rise_slope <= self._params.pitch
+            rises = v.attitude_ok and v.theta > 0.0 and up
             late = v.t - m.since > self._params.reverse_time
             in_vain = not v.attitude_ok and m.z_dot > _SINKS and v.t - m.since > _ENTRY  # its bow may be up
             if in_vain and not m.asked:
@@ -219,6 +220,8 @@ class Ascent:
             return Step(brake, True, Cause.DEPTH_LIMIT, (v.z, self._deepest))
         if sinks and v.altitude < self._lowest:
             return Step(brake, True, Cause.ALTITUDE_LIMIT, (v.altitude, self._lowest))
+        if v.too_low and v.rise_slope > p.pitch and v.u > p.rest_speed:  # the bottom rises more steeply than it climbs
+            return Step(REVERSE, False, Cause.ALTITUDE_LIMIT, (v.altitude, self._lowest))
         deeper = max(v.z - m.least, fell) if v.depth_ok else fell
         if sinks and deeper > (_FELL if m.stage is FULL and not driven_up else p.deeper):
             return Step(brake, m.stage is FULL, Cause.DEEPER, (deeper,))

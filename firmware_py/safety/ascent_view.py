@@ -16,7 +16,8 @@ class AscentView(NamedTuple):
 
     `z`, `z_dot` and `altitude` as estimated; `depth_ok`, `attitude_ok` and `speed_ok` say whether depth, attitude and
     `u` rest on measurements, and the attitude on such as nothing contradicts; `fix` that a position fix is heard; `jam`
-    what the planes do that are known to be stuck, `weight` where the drop weight is.
+    what the planes do that are known to be stuck, `weight` where the drop weight is, `too_low` whether the rule
+    on the altitude says so, `rise_slope` how steeply the bottom rises.
     """
 
     t: float
@@ -33,10 +34,14 @@ class AscentView(NamedTuple):
     fix: bool
     jam: PlaneJam
     weight: WeightState = WeightState.UNREPORTED
+    too_low: bool = False
+    rise_slope: float = 0.0
 
 
-def view_of(tick: Tick, state: StateEstimate, jam: PlaneJam, weight: WeightState, c: Conditions) -> AscentView:
-    """Return the view of a tick, in which `c` is what the rules look at."""
+def view_of(
+    tick: Tick, state: StateEstimate, jam: PlaneJam, weight: WeightState, c: Conditions, low: bool
+) -> AscentView:
+    """Return the view of a tick, in which `c` is what the rules look at, `low` whether it is too near to the bottom."""
     ok = c.attitude_ok and not c.sensors.ahrs.tilt_doubted, c.depth_ok, state.velocity_ok
     seen = c.depth, c.z_dot, state.eta.phi, state.eta.theta, state.nu.u, c.altitude
-    return AscentView(tick.t, tick.dt, *ok, *seen, c.fix_heard, jam, weight)
+    return AscentView(tick.t, tick.dt, *ok, *seen, c.fix_heard, jam, weight, low, c.rise_slope)

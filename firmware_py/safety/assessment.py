@@ -40,6 +40,10 @@ _BY_MOTION = 0.5
 """Of the reserve. 10 deg of angle are 22 % of the control that two fins of 23 deg have; 4 deg too many are 9 %."""
 _SLOW = 0.5
 """Slower than this, m/s, the way down is no dive that is pulled up from."""
+_RISES = 0.05
+"""A bottom that rises more slowly than this, m/s, is level: the noise of the sensors is as much."""
+_CLIMBS = 0.9
+"""The way up is as steep as this share of the pitch: the hull has an angle of attack."""
 
 
 class Seen(NamedTuple):
@@ -73,6 +77,8 @@ def conditions(
     attitude_age, depth_age = t - frame.ahrs.t_valid, t - frame.pressure.t_valid
     attitude_ok = state.attitude_ok and attitude_age <= params.attitude_timeout
     depth_ok = state.depth_ok and depth_age <= params.depth_timeout
+    rise = was.bottom.rise if was.bottom.rise > _RISES else 0.0
+    u = max(state.nu.u, _SLOW)
     fix_heard = sensors.fix.state is _GOOD and frame.fix.usable(t, params.fix_timeout)
     return Conditions(
         wanted=wanted,
@@ -109,7 +115,10 @@ def conditions(
         watched=was.watched and not in_hand(order),
         sunk_by=was.altitude_up - state.altitude,
         left=left,
-        slope=math.atan2(z_dot, max(state.nu.u, _SLOW)),
+        slope=math.atan2(z_dot, u),
+        rise=rise,
+        rise_slope=math.atan2(rise, u),
+        too_steep=max(0.0, rise - u * math.tan(_CLIMBS * params.ascent.pitch)),
         start=was.start,
         weight_gone=weight not in _HANGS and (was.drop or was.weight_gone or weight is WeightState.GONE),
     )

@@ -98,5 +98,11 @@ class Conditions(NamedTuple):
     """What the vehicle can still do, and"""
     slope: float = 0.0
     """how steeply it dives, rad."""
+    rise: float = 0.0
+    """How fast the bottom rises under it, m/s, and"""
+    rise_slope: float = 0.0
+    """how steeply, rad; 0 where it falls."""
+    too_steep: float = 0.0
+    """By how much faster it rises than the vehicle can climb at this speed, m/s; 0 where it does not."""
     start: Start = OVER
     """How it began, while nobody has armed it since."""

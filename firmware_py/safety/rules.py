@@ -26,6 +26,7 @@ from firmware_py.records.health import HEADING_FAULTS, SourceFault, SourceHealth
 from firmware_py.records.order import Mode
 from firmware_py.safety.action import safer
 from firmware_py.safety.conditions import Conditions, Faulty
+from firmware_py.safety.look_ahead import depth_reached, too_low
 from firmware_py.safety.safety_params import SafetyParams
 
 __all__ = ["ARMING", "RULES", "Conditions", "Reason", "Rule", "SafetyParams", "safer", "surely_under_water"]
@@ -77,8 +78,6 @@ class Rule(NamedTuple):
 DISARMED, SURFACE = Mode.DISARMED, Mode.SURFACE
 _GOOD, _SUSPECT = SourceState.GOOD, SourceState.SUSPECT
 _TILT_HOLDS = (SourceFault.OUTLIERS, SourceFault.UNDECIDED, *HEADING_FAULTS)
-_LATE = 3.0
-"""With a slow stern plane the vehicle pulls up later by so much, s."""
 _SWING, _STEEP = 2.0 / 3.0, math.radians(30.0)
 """With a slow stern plane it cannot stop a swing beyond this share of `pitch_max`, or this, rad: the greater counts."""
 _NEARER = 5.0
@@ -108,21 +107,8 @@ def _off_depth(c: Conditions, p: SafetyParams) -> bool:
     return c.wanted in _FLOWN and abs(c.depth - c.wanted_depth) > p.depth_error_max
 
 
-def _depth_reached(c: Conditions) -> float:
-    """Return the depth, m, with what a damaged or slow vehicle loses more than a sound one until it has pulled up."""
-    if c.faults.plane:
-        return c.depth
-    late = _LATE * max(0.0, c.z_dot) if c.faults.slow else 0.0
-    return c.depth + c.left.lost_height(c.slope) + late
-
-
 def _pitch_limit(c: Conditions, p: SafetyParams) -> float:
     return min(p.pitch_max, max(_SWING * p.pitch_max, _STEEP)) if c.faults.slow else p.pitch_max
-
-
-def _too_low(c: Conditions, p: SafetyParams) -> bool:
-    pull_up = 0.0 if c.faults.plane else c.left.pull_up(c.slope)
-    return c.altitude - max(max(0.0, c.z_dot) * p.altitude_ahead, pull_up) < p.altitude_min  # a dive ends later
 
 
 def _surfacing_long(c: Conditions, p: SafetyParams) -> bool:
@@ -213,9 +199,9 @@ RULES: tuple[Rule, ...] = (
     Rule(Cause.ENERGY,           lambda c, _: c.charge < c.charge_home, "battery_time", "energy_action",
          lambda c, _: (c.charge, c.charge_home), at_arming=False),
     # Where it is, and how it lies there.
-    Rule(Cause.DEPTH_LIMIT,      lambda c, p: _depth_reached(c) > p.depth_max, "depth_max_time", "depth_max_action",
-         lambda c, p: (_depth_reached(c), p.depth_max)),
-    Rule(Cause.ALTITUDE_LIMIT,   _too_low, "altitude_time", "altitude_action",
+    Rule(Cause.DEPTH_LIMIT,      lambda c, p: depth_reached(c, p) > p.depth_max, "depth_max_time", "depth_max_action",
+         lambda c, p: (depth_reached(c, p), p.depth_max)),
+    Rule(Cause.ALTITUDE_LIMIT,   too_low, "altitude_time", "altitude_action",
          lambda c, p: (c.altitude, p.altitude_min)),
     Rule(Cause.FENCE,            lambda c, _: c.breach != WITHIN and not c.returning, "fence_time", "fence_action",
          lambda c, _: (float(c.breach),)),

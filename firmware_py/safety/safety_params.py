@@ -70,6 +70,14 @@ class SafetyParams:
     altitude_ahead: float = param(
         4.0, unit="s", low=0.0, high=60.0, doc="The altitude so far ahead in time counts, if it sinks.", mav="ALT_AHEAD"
     )
+    stop_time: float = param(
+        25.0,
+        unit="s",
+        low=0.0,
+        high=300.0,
+        doc="The way is off within; over a bottom too steep to climb, the altitude so far ahead counts.",
+        mav="STOP_TIME",
+    )
     altitude_action: Action = param(_SURFACE, doc="Too near to the bottom.", mav="ALT_ACT")
     late_max: int = param(10, low=0, high=1000, doc="More cycles of the last second late than this.", mav="LATE_MAX")
     late_action: Action = param(_SURFACE, doc="Too many late cycles.", mav="LATE_ACT")

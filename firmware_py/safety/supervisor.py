@@ -33,6 +33,7 @@ from firmware_py.safety.health_events import (
     sensor_events,
     weight_events,
 )
+from firmware_py.safety.look_ahead import too_low
 from firmware_py.safety.mode_orders import DISARMS, mode_chosen, mode_ordered
 from firmware_py.safety.plane_jam import Planes
 from firmware_py.safety.rules import Reason, SafetyParams
@@ -128,6 +129,9 @@ class Supervisor:
         if reference is not None and tick.every(Rate.HZ_1):
             charge = math.nan if c.charge_silent else c.charge
             progress = progress.after_a_second(mode, reference, state, charge, self._home, params)
+        bottom = was.bottom
+        if tick.every(Rate.HZ_10):
+            bottom = bottom.after_a_step(state.eta.z + state.altitude)
         settled, shallow = mode is not Mode.DISARMED or order.arming in DISARMS, c.depth <= params.submerged_depth
         ticks = round(params.restart_time * NS_PER_S / tick.dt_ns)
         depth = c.depth if c.depth_ok or c.fix_heard else max(c.depth, was.depth)
@@ -153,6 +157,7 @@ class Supervisor:
             watched=watched,
             depth=depth,
             altitude_up=c.altitude if up or was.altitude_up != was.altitude_up else was.altitude_up,
+            bottom=bottom,
             start=was.start.after_a_tick(settled, c.depth_ok and shallow, ticks, params.submerged_depth),
         )
         return ModeState(
@@ -257,6 +262,7 @@ class Supervisor:
             self.events += tuple([replace(event, asker=asker) for event in told])
         if mode is Mode.SURFACE:
             jam = self._planes.jam(seen.actuators.fins, seen.frame.fins, seen.actuators.left)
-            ascent, told = self._ascent.update(ascent, view_of(seen.tick, seen.state, jam, weight, c))
+            view = view_of(seen.tick, seen.state, jam, weight, c, too_low(c, self._params))
+            ascent, told = self._ascent.update(ascent, view)
             self.events += told
         return ascent

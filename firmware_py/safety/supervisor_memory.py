@@ -10,6 +10,7 @@ from firmware_py.records.health import ALL_GOOD, ActuatorHealth, Candidate, Sens
 from firmware_py.records.order import Mode
 from firmware_py.records.sensing import NodeBits
 from firmware_py.safety.ascent_memory import AscentMemory
+from firmware_py.safety.bottom_track import BottomTrack
 from firmware_py.safety.enforcement import NOTHING_HELD, Held
 from firmware_py.safety.progress import NO_PROGRESS, Progress
 from firmware_py.safety.start import Start
@@ -50,6 +51,7 @@ class SupervisorMemory(NamedTuple):
         depth: a good depth, m; where there is none, and no fix, no less than the last one.
         altitude_up: the altitude when a fix was last heard, or since then it began to be `watched`; or the first that
             was known after that, m.
+        bottom: how it has come nearer.
     """
 
     mode: Mode
@@ -73,6 +75,7 @@ class SupervisorMemory(NamedTuple):
     altitude_up: float = math.nan
     start: Start = Start()
     candidates: tuple[Candidate, ...] = ()
+    bottom: BottomTrack = BottomTrack()
 
 
 def beginning(actuators: ActuatorHealth) -> SupervisorMemory:

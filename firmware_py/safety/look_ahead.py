@@ -1,0 +1,41 @@
+"""How deep it gets, and how near to the bottom, until SURFACE has pulled up: the limits look so far ahead."""
+
+from __future__ import annotations
+
+from firmware_py.records.order import Mode
+from firmware_py.safety.conditions import Conditions
+from firmware_py.safety.safety_params import SafetyParams
+
+_LATE = 3.0
+"""With a slow stern plane the vehicle pulls up later by so much, s."""
+_DEEPEST_DIVE = 10.0
+"""By no dive that is steered by hand is more depth than this counted as lost, m."""
+
+
+def too_low(c: Conditions, p: SafetyParams) -> bool:
+    """Return whether the bottom is too near, or will be before the vehicle pulls up, climbs away, or stops."""
+    slope, by_hand = c.slope + c.rise_slope, c.wanted is Mode.MANUAL
+    pull_up = _dive_left(c, p, slope, p.altitude_time) if by_hand else c.left.pull_up(slope)
+    pull_up = 0.0 if c.faults.plane else pull_up
+    nearer = max(0.0, c.z_dot + c.rise) * p.altitude_ahead
+    stops = c.too_steep * p.stop_time
+    return c.altitude - max(nearer, pull_up) - stops < p.altitude_min  # a dive ends, and a climb begins, later
+
+
+def _dive_left(c: Conditions, p: SafetyParams, slope: float, time: float) -> float:
+    """Return how much deeper SURFACE gets, m, from a dive by hand of `slope`, rad, which is seen for `time`, s.
+
+    It brings the pitch up at its rate, or as fast as the fins do; no law has begun to pull up before.
+    """
+    z_dot = max(0.0, c.z_dot)
+    return min(c.left.pull_up(slope) + z_dot * (time + 0.5 * max(0.0, c.slope) / p.ascent.pitch_rate), _DEEPEST_DIVE)
+
+
+def depth_reached(c: Conditions, p: SafetyParams) -> float:
+    """Return the depth, m, with what is lost until it has pulled up: a law does so in time, as a sound vehicle can."""
+    if c.faults.plane:
+        return c.depth
+    late = _LATE * max(0.0, c.z_dot) if c.faults.slow else 0.0
+    by_hand = c.wanted is Mode.MANUAL
+    lost = _dive_left(c, p, c.slope, p.depth_max_time) if by_hand else c.left.lost_height(c.slope)
+    return c.depth + lost + late
