@@ -263,7 +263,7 @@ class PartsFactory:
             has_mission = bool(self._now.mission.items)
             weight = self._vehicle.drop_weight is not None
             params, now = self.params, self._now
-            how = params.guidance.surface_speed, params.estimation.integrity.enabled
+            how = params.guidance.surface_speed, params.estimation.integrity.enabled, now.mission.above
             return Supervisor(params.safety, has_mission, now.fence, fins, self._returns, weight, *how)
 
     def _guidance(self) -> Guidance:

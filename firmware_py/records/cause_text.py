@@ -25,6 +25,7 @@ CAUSES: Mapping[Cause, str] = {
     Cause.HEADING_SUSPECT: "the AHRS's heading is not believed, and carried on by its gyros",
     Cause.DEPTH_UNCHECKED: "pressure alone tells the depth, for {0:g} s",
     Cause.BOTTOM_UNSEEN: "neither altimeter nor DVL sees the bottom",
+    Cause.TERRAIN_LOST: "the depth is flown above the bottom, which nothing sees",
     Cause.BUS_SILENT: "no device heard for {0:g} s",
     Cause.STATION_LOST: "no ground station heard for {0:g} s",
     Cause.STICKS_LOST: "no sticks heard for {0:g} s",

@@ -67,7 +67,8 @@ class Reference:
 
     `target` is the place that is flown to (NaN: none), `target_distance` (m) how far it is and `target_bearing` (rad)
     where. Without a place they are the distance to the circle that is flown, 0 off one, and the heading that is wanted.
-    `rally` is the rally point that was chosen, or home (NaN: none).
+    `rally` is the rally point that was chosen, or home (NaN: none). `above` is whether the depth is that of the bottom,
+    less an altitude.
     """
 
     z_d: float
@@ -88,6 +89,7 @@ class Reference:
     target_distance: float = 0.0
     target_bearing: float = 0.0
     rally: Place = NOWHERE
+    above: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -162,6 +162,7 @@ class Cause(enum.IntEnum):
     # One more rule.
     DEPTH_UNCHECKED = 75  # limit, s
     DAMAGED = 76  # `ActuatorFault`; shares left of diving and of turning, in [0, 1]; names: whose
+    TERRAIN_LOST = 77
 
 
 INTENDED_CAUSES = (Cause.ORDERED, Cause.MISSION_DONE, Cause.RETURN_DONE, Cause.SURFACED)

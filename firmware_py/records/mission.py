@@ -103,3 +103,8 @@ class Mission:
     def waypoints(self) -> tuple[Waypoint, ...]:
         """Those of the items that are places."""
         return tuple(item for item in self.items if isinstance(item, Waypoint))
+
+    @property
+    def above(self) -> bool:
+        """Whether any of its depths is one above the bottom."""
+        return any(isinstance(item, Waypoint | Loiter) and item.above for item in self.items)

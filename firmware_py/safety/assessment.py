@@ -103,6 +103,7 @@ def conditions(
         and not (leak.ok and t - leak.t_valid <= _RECENT and leak.value >= 0.0 and sensors.leak.state is _GOOD),
         bus_silent=attitude_age > params.bus_time and params.bus_time < t - _newest(frame) < math.inf,
         wanted_depth=math.nan if reference is None else reference.z_d,
+        above=reference is not None and reference.above,
         leg_left=was.progress.leg_left(params),
         charge_home=was.progress.charge_home,
         surfacing=was.surfacing * tick.dt,

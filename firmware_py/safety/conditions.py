@@ -73,6 +73,10 @@ class Conditions(NamedTuple):
     bus_silent: bool = False
     wanted_depth: float = math.nan
     """The depth that is being flown."""
+    above: bool = False
+    """That depth is one above the bottom, and"""
+    mission_above: bool = False
+    """the mission has such depths."""
     leg_left: float = math.nan
     """Distance to the waypoint on a leg on which no way was made."""
     charge_home: float = math.nan

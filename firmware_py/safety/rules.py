@@ -11,6 +11,7 @@ Why the table says what it says:
   `depth_max`. One that lies beyond the fence may be armed in MANUAL, and steered back.
 - Without propeller a vehicle may still coast up, or float: the drop weight goes when it does not.
 - No rule acts on one sample: a condition must hold for a time, or is itself one.
+- Above a bottom that it no longer sees it surfaces: every depth that it could hold runs aground where that rises.
 - A mission is flown without a station; every other mode has somebody who watches it, and is not to go on without.
 """
 
@@ -24,7 +25,7 @@ from firmware_py.records.event import Cause
 from firmware_py.records.fence import WITHIN
 from firmware_py.records.health import HEADING_FAULTS, SourceFault, SourceHealth, SourceState
 from firmware_py.records.order import Mode
-from firmware_py.safety.action import safer
+from firmware_py.safety.action import MODE_OF, safer
 from firmware_py.safety.conditions import Conditions, Faulty
 from firmware_py.safety.look_ahead import depth_reached, too_low
 from firmware_py.safety.safety_params import SafetyParams
@@ -101,6 +102,12 @@ def _blind(c: Conditions) -> bool:
 
 def _unchecked(c: Conditions, p: SafetyParams) -> bool:
     return c.depth_ok and c.altitude != c.altitude and c.depth > p.submerged_depth
+
+
+def _terrain_lost(c: Conditions, _: SafetyParams) -> bool:
+    """Return whether the bottom that tells the depth is not seen; two sound sensors find it out of reach, and far."""
+    out_of_reach = c.sensors.altitude.state is _GOOD and c.sensors.dvl.state is _GOOD
+    return c.above and c.altitude != c.altitude and not out_of_reach
 
 
 def _off_depth(c: Conditions, p: SafetyParams) -> bool:
@@ -222,6 +229,7 @@ RULES: tuple[Rule, ...] = (
     Rule(Cause.HEADING_SUSPECT,  lambda c, _: c.sensors.ahrs.fault in HEADING_FAULTS,
          "sensor_time", "heading_action"),
     Rule(Cause.BOTTOM_UNSEEN,    lambda c, _: _blind(c), "sensor_time", "bottom_action"),
+    Rule(Cause.TERRAIN_LOST,     _terrain_lost, "sensor_time", "terrain_action", at_arming=False),
     Rule(Cause.DEPTH_UNCHECKED,  _unchecked, "unchecked_time", "unchecked_action",
          lambda _, p: (p.unchecked_time,), at_arming=False),
     Rule(Cause.DVL_BAD,          lambda c, _: c.sensors.dvl.state is not _GOOD, "sensor_time", "dvl_action",
@@ -262,6 +270,9 @@ ARMING: tuple[Rule, ...] = (
          lambda _, p: (p.fin_timeout,)),
     Rule(Cause.TILT,           lambda c, p: max(c.roll, c.pitch) > p.tilt_max, "", DISARMED,
          lambda c, p: (max(c.roll, c.pitch), p.tilt_max)),
+    Rule(Cause.TERRAIN_LOST,
+         lambda c, p: c.wanted is Mode.MISSION and c.mission_above and _blind(c) and p.terrain_action in MODE_OF,
+         "", DISARMED),
     Rule(Cause.WEIGHT_GONE,
          lambda c, p: c.wanted is not SURFACE and p.weight_needed and c.weight_gone, "", DISARMED),
     Rule(Cause.CHARGE_NEEDED,

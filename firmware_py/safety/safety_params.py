@@ -29,6 +29,7 @@ _NO_HOLD = (
     "restart_action",
     "sunk_action",
     "start_action",
+    "terrain_action",
 )
 """Actions of rules under which neither HOLD nor RETURN can be flown, or would keep what is wrong."""
 _UP = (_SURFACE, _DROP)
@@ -115,6 +116,9 @@ class SafetyParams:
     dvl_action: Action = param(_WARN, doc="The DVL is lost or not believed.", mav="DVL_ACT")
     altimeter_action: Action = param(_WARN, doc="The altimeter is lost or not believed.", mav="ALTIM_ACT")
     bottom_action: Action = param(_WARN, doc="Both: the bottom is not seen.", mav="BOTTOM_ACT")
+    terrain_action: Action = param(
+        _SURFACE, doc="The depth is flown above the bottom, which nothing sees (terrain failsafe).", mav="TERRAIN_ACT"
+    )
     unchecked_time: float = param(
         60.0,
         unit="s",

@@ -62,11 +62,16 @@ class Supervisor:
         drop_weight: bool = False,
         surface_speed: float = 1.5,
         integrity: bool = True,
+        mission_above: bool = False,
     ) -> None:
-        """`home`: where RETURN may go to; `surface_speed`: of SURFACE, m/s; `integrity`: whether sensors are judged."""
+        """Take parameters and vehicle.
+
+        `home` is where RETURN may go to, `surface_speed` that of SURFACE, m/s; `integrity` whether sensors are judged,
+        `mission_above` whether the mission has depths above the bottom.
+        """
         self._params = params
         self._fence = fence
-        self._has_mission = has_mission
+        self._has_mission, self._mission_above = has_mission, mission_above
         self._home = home
         self._fins = fins
         self._fin_names = tuple(fin.name for fin in fins)
@@ -230,6 +235,8 @@ class Supervisor:
         if seen.actuators != self._sound:
             faults = actuator_faults(seen.actuators, self._fins, seen.left, params.reserve)
         c = conditions(params, self._fence, was, seen, faults, wanted, late, done)
+        if self._mission_above:
+            c = c._replace(mission_above=True)
         if was.ascent.stage is not AscentStage.NONE:
             place = c.depth_ok, c.depth, c.fix_heard, c.altitude
             c = c._replace(surfaced=ascent.witness.is_surfaced(was.ascent, t, *place))

@@ -87,6 +87,7 @@ def stuck(source: FinEvidence, dive_left: float) -> dict[str, Any]:
     return {"actuators": actuators, "left": UNLIMITED._replace(dive_left=dive_left)}
 
 
+UNSEEN = {"reference": replace(AT_PLACE, above=True), "altitude": math.nan}
 SINKING = STATE.nu._replace(w=0.5)
 PITCHED = STATE.eta._replace(theta=-0.55)
 STEEP = STATE.nu._replace(u=1.5, w=0.7)
@@ -115,6 +116,8 @@ CASES = (
     Case(Cause.DVL_BAD, "dvl_action", 201, suspect("dvl", SourceState.LOST)),
     Case(Cause.ALTIMETER_BAD, "altimeter_action", 201, suspect("altitude", SourceState.LOST)),
     Case(Cause.DEPTH_UNCHECKED, "unchecked_action", 6001, {"altitude": math.nan}),
+    Case(Cause.TERRAIN_LOST, "terrain_action", 201, {**UNSEEN, "sensors": BLIND}),
+    Case(Cause.TERRAIN_LOST, "terrain_action", 201, {**UNSEEN, **suspect("altitude", SourceState.LOST)}),
     Case(Cause.PLANE_FAULT, "plane_action", 21, faulty(ActuatorFault.JAMMED, 0)),
     Case(Cause.PLANE_FAULT, "plane_action", 21, faulty(ActuatorFault.HARD_OVER, 1)),
     Case(Cause.RUDDER_FAULT, "rudder_action", 21, faulty(ActuatorFault.LOST, 3)),
@@ -254,6 +257,7 @@ DEFAULTS = {
     "leak_silent_action": Action.WARN,
     "depth_error_action": Action.SURFACE,
     "dvl_action": Action.WARN,
+    "terrain_action": Action.SURFACE,
     "plane_action": Action.SURFACE,
     "rudder_action": Action.SURFACE,
     "propeller_action": Action.SURFACE_AND_DROP,
@@ -267,7 +271,9 @@ def test_what_is_done_unless_told_otherwise() -> None:
     assert {name: getattr(PARAMS, name) for name in DEFAULTS} == DEFAULTS
 
 
-@pytest.mark.parametrize("name", ["attitude_action", "depth_max_action", "plane_action", "propeller_action"])
+@pytest.mark.parametrize(
+    "name", ["attitude_action", "depth_max_action", "plane_action", "propeller_action", "terrain_action"]
+)
 @pytest.mark.parametrize("action", [Action.HOLD, Action.RETURN])
 def test_an_answer_that_cannot_be_flown_is_refused(name: str, action: Action) -> None:
     with pytest.raises(ParamError, match=f'{name} = "{action.name.lower()}"'):
@@ -333,6 +339,35 @@ def test_neither_altimeter_nor_dvl() -> None:
     vehicle = sailing(Mode.MISSION, replace(PARAMS, **{**QUIET, "bottom_action": Action.SURFACE}))
     assert vehicle.ticks_until(Mode.SURFACE, 300, sensors=BLIND) == 201
     assert vehicle.answer.cause is Cause.BOTTOM_UNSEEN
+
+
+@pytest.mark.parametrize(
+    "inputs",
+    [
+        {**UNSEEN, "reference": AT_PLACE, "sensors": BLIND},  # a depth is flown
+        {**UNSEEN, "altitude": 6.0, **suspect("altitude", SourceState.LOST)},  # the DVL sees it
+        UNSEEN,  # both are sound: it is out of their reach
+    ],
+    ids=["depth", "seen", "far"],
+)
+def test_a_bottom_that_need_not_be_seen_ends_no_mode(inputs: dict[str, Any]) -> None:
+    vehicle = sailing(Mode.MISSION, replace(PARAMS, **{**QUIET, "terrain_action": Action.SURFACE}))
+    for _ in range(1000):
+        assert vehicle.tick(**inputs) is Mode.MISSION
+
+
+@pytest.mark.parametrize("action", [Action.SURFACE, Action.WARN])
+def test_a_mission_above_the_bottom_is_not_armed_blind_unless_that_is_wanted(action: Action) -> None:
+    vehicle = SupervisedVehicle(replace(PARAMS, terrain_action=action))
+    vehicle.supervisor = Supervisor(vehicle.supervisor._params, mission_above=True)
+    begin = Order(mode=Mode.MISSION, arming=Arming.ARM)
+    refused = action is Action.SURFACE
+    assert vehicle.tick(begin, sensors=BLIND) is (Mode.DISARMED if refused else Mode.MISSION)
+    if refused:
+        assert "arming refused: the depth is flown above the bottom, which nothing sees" in vehicle.events
+        assert vehicle.tick(begin, **suspect("dvl", SourceState.LOST)) is Mode.MISSION
+        vehicle.tick(FORCE)
+        assert vehicle.tick(Order(mode=Mode.HOLD, arming=Arming.ARM), sensors=BLIND) is Mode.HOLD
 
 
 def test_a_silent_bus_is_told_as_such() -> None:

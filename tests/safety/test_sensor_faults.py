@@ -10,7 +10,9 @@ import pytest
 from sternplane.logs.reading import Log, read
 from sternplane.sitl.flight import FlightRequest, fly, prepare
 
+from firmware_py.records.event import Cause
 from firmware_py.records.health import SensorHealth, SourceFault, SourceState
+from firmware_py.records.order import Mode
 from tests.straight_run import mission, under_way
 
 DIVE = under_way(50.0, 8.0, mission([(30.0, 8.0), (400.0, 12.0)]))
@@ -108,12 +110,35 @@ RIDGE = under_way(100.0, 4.0, mission([(45.0, 6.0), (85.0, 10.0), (175.0, 28.0),
 )
 
 
+ALTITUDE = "[[waypoints]]\nx_m = {}\ny_m = 0.0\naltitude_m = {}\nspeed_m_s = 1.8\n"
+RISING = ((50.0, 20.0), (200.0, 6.0))
+UPHILL = under_way(
+    85.0, 9.0, mission([]), *(ALTITUDE.format(*place) for place in ((30.0, 10.0), (400.0, 5.0)))
+).replace(
+    "bottom_depth_m = 40.0",
+    "bottom_depth_m = 20.0\nbottom = [" + ", ".join(f"{{north_m = {x}, depth_m = {z}}}" for x, z in RISING) + "]",
+)
+
+
 def course(folder: Path, text: str, *faults: str, seed: int = 1000) -> Log:
     place = folder / "course.toml"
     place.write_text(text)
     outcome = fly(prepare(FlightRequest(scenario=str(place), faults=faults, seed=seed), {}), folder / "log.mcap")
     assert "aground" not in outcome.reason
     return read(folder / "log.mcap")
+
+
+@pytest.mark.parametrize("kind", ["off", "freeze"])
+def test_a_vehicle_that_no_longer_sees_the_bottom_that_it_follows_comes_up_and_touches_nothing(
+    tmp_path: Path, kind: str
+) -> None:
+    log = course(tmp_path, UPHILL, f"{kind}:dvl@25", f"{kind}:altimeter@25")
+    t, z = log.columns["t"], log.truth["eta.z"]
+    surfacing = t[log.columns["mode.mode"] == Mode.SURFACE]
+    assert 2.0 < surfacing[0] - 25.0 < 8.0
+    assert z[-1] < 1.0
+    assert np.min(np.interp(log.truth["eta.x"], *zip(*RISING, strict=True)) - z) > 3.0
+    assert {cycle.mode.cause for cycle in log.cycles if cycle.mode.mode is Mode.SURFACE} == {Cause.TERRAIN_LOST}
 
 
 @pytest.mark.parametrize(

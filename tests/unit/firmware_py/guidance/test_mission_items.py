@@ -148,6 +148,20 @@ def test_above_the_bottom_is_never_nearer_than_the_floor_and_a_bottom_unseen_cha
     assert {round(r.z_d, 6) for r in blind.run(Mode.MISSION, 60.0)} == {10.0}
 
 
+def test_it_is_told_whether_the_bottom_tells_the_depth_that_is_flown() -> None:
+    below, above = Waypoint(30.0, 0.0, 8.0, 1.8), Waypoint(90.0, 0.0, 6.0, 1.8, above=True)
+    vehicle = OverBottom(Guidance(PARAMS, Mission((below, above)), 30.0, 2.0), lambda _: 14.0, z=8.0, u=1.8)
+    assert not vehicle.run(Mode.MANUAL, 0.1)[-1].above
+    told = {reference.item: reference.above for reference in vehicle.run(Mode.MISSION, 60.0)}
+    assert told == {0: False, 1: True, 2: False}
+    vehicle = OverBottom(Guidance(PARAMS, Mission((above,)), 30.0, 2.0), lambda _: 14.0, z=8.0, u=1.8)
+    assert [vehicle.run(mode, 1.0)[-1].above for mode in (Mode.MISSION, Mode.HOLD, Mode.SURFACE)] == [
+        True,
+        False,
+        False,
+    ]
+
+
 def test_a_mission_ends_where_it_says_and_goes_to_the_nearest_rally_point_first() -> None:
     rally = (Place(-100.0, 0.0), Place(60.0, 90.0))
     assert flown(kinematic(at(30.0), Surface(), at(900.0)), 60.0) == [0, 3]
