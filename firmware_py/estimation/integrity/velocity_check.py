@@ -1,4 +1,10 @@
-"""DVL pings against the ping before, the speed that thrust and drag make likely, and the current."""
+"""DVL pings against the ping before, the speed that thrust and drag make likely, and the current.
+
+What u leaves the speed by thrust and drag by is followed in two ways: as thrust or drag that is other than thought, so
+that drag takes the hull back to what the propeller drives it to (`likely`); and as a current, which no drag takes, and
+which turns against the hull when that turns. A DVL is wrong where u has left both. With the first alone a sound DVL was
+named in a current of 1.2 m/s: of a hull of 1.3 m, whose drag is great for its mass, straight on too.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +48,8 @@ class VelocityCheckMemory:
     """The last ping that was believed, the likely speed (m/s), and whether thrust and drag tell it.
 
     `driven` is the speed that thrust and drag alone make, in whatever current, m/s; NaN: the propeller does not drive,
-    and what it drove the hull to before is braked away.
+    and what it drove the hull to before is braked away. `north` and `east` are the current that pings leave that by,
+    m/s; NaN: none yet.
     `turning` is the square of the greatest rate of turn since then, rad^2/s^2; `current` and `way` are what
     `CurrentCheck` and `WayCheck` remember.
     """
@@ -53,6 +60,8 @@ class VelocityCheckMemory:
     w: float = 0.0
     likely: float = 0.0
     driven: float = math.nan
+    north: float = math.nan
+    east: float = math.nan
     holds: bool = False
     measured: bool = False
     turning: float = 0.0
@@ -131,9 +140,9 @@ class VelocityCheck:
             watch.accuse(SourceFault.CONTRADICTED, t)
         if not watch.believed:
             if memory.measured and watch.memory.fault is SourceFault.DRIFT and memory.driven > 0.0:
-                memory.likely = memory.driven  # it has followed what drifted
+                memory.likely, memory.north, memory.east = memory.driven, 0.0, 0.0  # they have followed what drifted
             if memory.holds:
-                off = abs(u - memory.likely) > params.speed
+                off = min(abs(u - memory.likely), abs(u - self._carried(psi))) > params.speed
             else:
                 off = watch.memory.fault in (SourceFault.DRIFT, SourceFault.STEP)  # nothing clears it now
             turning = math.sqrt(memory.turning) * self._lever
@@ -143,7 +152,7 @@ class VelocityCheck:
             return True
         self.way.clear()
         if not memory.measured or gap > _GAP:
-            self._take(heard, True)
+            self._take(heard, True, psi)
             return True
         if depth < self._half * abs(math.sin(theta)):
             step = params.speed_step + _SURFACING * gap
@@ -154,19 +163,35 @@ class VelocityCheck:
             if watch.refuse(t) >= _REAL:
                 watch.accuse(SourceFault.STEP, t)
             return False
-        self._take(heard, False)
-        least, most = min(memory.likely, 0.0) - params.speed, max(memory.likely, 0.0) + params.speed
+        self._take(heard, False, psi)
+        either = memory.likely, self._carried(psi), 0.0
+        least, most = min(either) - params.speed, max(either) + params.speed
         if memory.holds and not least <= u <= most:
             watch.accuse(SourceFault.DRIFT, t)  # between 0 and likely the hull may be held up, or the thrust lost
         return True
 
-    def _take(self, heard: Heard[Dvl], first: bool) -> None:
+    def _carried(self, psi: float) -> float:
+        """Return the speed that thrust, drag and the current make under this heading, rad, m/s; NaN: not known."""
         memory = self.memory
+        return memory.driven + memory.north * math.cos(psi) + memory.east * math.sin(psi)
+
+    def _take(self, heard: Heard[Dvl], first: bool, psi: float) -> None:
+        """Take a ping under this heading, rad."""
+        memory, hull = self.memory, self.current.hull
         u, v, w, _, _ = heard.value
+        share = min(1.0, (heard.t_valid - memory.t) / _FOLLOW)
+        c, s = math.cos(psi), math.sin(psi)
+        ahead, aside = u - memory.driven, v if hull is None else v - hull.v
+        north, east = ahead * c - aside * s, ahead * s + aside * c
         if first or not memory.holds:
             memory.likely = u
         else:
-            memory.likely += (u - memory.likely) * min(1.0, (heard.t_valid - memory.t) / _FOLLOW)
+            memory.likely += (u - memory.likely) * share
+        if first or not memory.holds or memory.north != memory.north:
+            memory.north, memory.east = north, east
+        else:
+            memory.north += (north - memory.north) * share
+            memory.east += (east - memory.east) * share
         memory.t, memory.u, memory.v, memory.w, memory.measured = heard.t_valid, u, v, w, True
         memory.turning = 0.0
 
