@@ -11,6 +11,9 @@ _LATE = 3.0
 _DEEPEST_DIVE = 10.0
 """By no dive that is steered by hand is more depth than this counted as lost, m."""
 
+_ANSWERS = 1.0
+"""A dive goes on steepening for so long, s, before the planes answer."""
+
 
 def too_low(c: Conditions, p: SafetyParams) -> bool:
     """Return whether the bottom is too near, or will be before the vehicle pulls up, climbs away, or stops."""
@@ -28,7 +31,8 @@ def _dive_left(c: Conditions, p: SafetyParams, slope: float, time: float) -> flo
     It brings the pitch up at its rate, or as fast as the fins do; no law has begun to pull up before.
     """
     z_dot = max(0.0, c.z_dot)
-    return min(c.left.pull_up(slope) + z_dot * (time + 0.5 * max(0.0, c.slope) / p.ascent.pitch_rate), _DEEPEST_DIVE)
+    pitches_up = 0.5 * max(0.0, c.slope) / p.ascent.pitch_rate
+    return min(c.left.pull_up(slope) + z_dot * (time + _ANSWERS + pitches_up), _DEEPEST_DIVE)
 
 
 def depth_reached(c: Conditions, p: SafetyParams) -> float:
