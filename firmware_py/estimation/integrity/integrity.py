@@ -56,7 +56,7 @@ class SensorIntegrity:
         self.model = ModelCheck(params, vehicle)
         self._attitude = AttitudeCheck(params, self.model)
         self._altitude = AltitudeCheck(params)
-        self._fixes = FixCheck(params.fix_sigmas, params.fix_deep)
+        self._fixes = FixCheck(params.fix_sigmas, params.fix_deep, params.surface)
         moving: tuple[Any, ...] = (self._vertical, self._attitude, self._velocity, self.model)
         self._checks = (*moving, self._altitude, self._fixes)
         self._ping, self.correction = (-math.inf, 0.0, 0.0, 0.0), NO_CORRECTION
@@ -94,6 +94,8 @@ class SensorIntegrity:
             self._velocity.way.thaw(other._velocity.way.freeze())
         elif role is Role.ALTITUDE:
             self._altitude.forget(0)
+        elif role is Role.FIX:
+            self._fixes.thaw(other._fixes.freeze())
 
     def update(
         self, tick: Tick, frame: SensorFrame, applied: Applied, known: FilterVelocity | None = None
@@ -221,8 +223,9 @@ class SensorIntegrity:
             self.correction = self.correction._replace(depth=depth)
 
     def _hear_fix(self, heard: Heard[Fix], t: float) -> None:
-        if self._sources.fix.hear(heard, t) and self._fixes.check(heard, t, self._depth, self._sources.fix):
-            self._sources.fix.take(heard)
+        watch = self._sources.fix
+        if watch.hear(heard, t) and self._fixes.check(heard, t, self._depth, self._vertical.depth, watch):
+            watch.take(heard)
             self._vertical.float_up()
             if self._velocity.way.hear(heard.value, t):
                 self._sources.dvl.accuse(SourceFault.CONTRADICTED, t)
@@ -236,10 +239,7 @@ class SensorIntegrity:
     @property
     def _depth(self) -> float:
         """Return the depth by a pressure that is believed, m, else NaN."""
-        memory, watch = self._vertical.memory, self._sources.pressure
-        if watch.memory.fault is not SourceFault.NONE or watch.memory.lost is not SourceFault.NONE:
-            return math.nan
-        return memory.carried + memory.residual
+        return self._vertical.depth if self._sources.pressure.health.believed else math.nan
 
     def _altitude_now(self, t: float) -> float:
         believed = (self._sources.altimeter.believed, self._sources.dvl_altitude.believed)
@@ -257,7 +257,7 @@ class SensorIntegrity:
         self._ask_model(t, n if math.isfinite(n) else 0.0, gone, frame, applied)
         if applied.armed and sources.pressure.memory.fault is SourceFault.NONE:
             judge_again(t, self.model.memory.slip, sources.ahrs, sources.dvl, self._vertical.judge_raw)
-        if self._vertical.depth > self._params.fix_deep:
+        if self._fixes.drift(t, self._depth == self._depth, self._vertical):
             sources.fix.excuse(t)
         were = sources.believed
         sources.judge(t, frame)
