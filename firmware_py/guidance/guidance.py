@@ -253,7 +253,8 @@ class Guidance:
         rally, target = self._rally, self._target
         distance, bearing = seen_from(target, state.eta.x, state.eta.y, across, shaped.psi_d)
         at, where = (self._route.index, across, *dither, self._route.item), target or NOWHERE
-        return Reference(*shaped, *at, where, distance, bearing, rally or NOWHERE, self._above)
+        above = self._mode in (Mode.MISSION, Mode.RETURN) and self._flown.above
+        return Reference(*shaped, *at, where, distance, bearing, rally or NOWHERE, above)
 
     @property
     def _rally(self) -> Place | None:
@@ -271,12 +272,6 @@ class Guidance:
             item = self._route.current
             return Place(item.x, item.y) if isinstance(item, (Waypoint, Loiter)) else None
         return self._rally
-
-    @property
-    def _above(self) -> bool:
-        """Whether the bottom tells the depth that is flown."""
-        item = self._flown.current if self._mode in (Mode.MISSION, Mode.RETURN) else None
-        return isinstance(item, (Waypoint, Loiter)) and item.above
 
     def restart(self) -> None:
         """Start the mission from its beginning; called when it was replaced."""
