@@ -20,7 +20,7 @@ from firmware_py.records.command import AscentStage, ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import Event, EventKind, event
 from firmware_py.records.fence import HOME, NO_FENCE, NOWHERE, Fence, Place
-from firmware_py.records.mission import Loiter, Manoeuvre, Mission, Surface, Waypoint
+from firmware_py.records.mission import Loiter, Manoeuvre, Mission, Surface, Waypoint, is_above
 from firmware_py.records.order import Mode, Order, Setpoint
 from firmware_py.records.turning import Turning
 from firmware_py.tick import Tick
@@ -253,7 +253,7 @@ class Guidance:
         rally, target = self._rally, self._target
         distance, bearing = seen_from(target, state.eta.x, state.eta.y, across, shaped.psi_d)
         at, where = (self._route.index, across, *dither, self._route.item), target or NOWHERE
-        above = self._mode in (Mode.MISSION, Mode.RETURN) and self._flown.above
+        above = self._mode in (Mode.MISSION, Mode.RETURN) and is_above(self._flown.current)
         return Reference(*shaped, *at, where, distance, bearing, rally or NOWHERE, above)
 
     @property

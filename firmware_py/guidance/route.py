@@ -100,12 +100,6 @@ class Route:
         return item
 
     @property
-    def above(self) -> bool:
-        """Whether the depth of the current item is one above the bottom."""
-        item = self.current
-        return isinstance(item, (Waypoint, Loiter)) and item.above
-
-    @property
     def rally(self) -> Place | None:
         """The rally point that the vehicle goes to, if any."""
         return self._memory.rally

@@ -93,6 +93,11 @@ MissionItem = Waypoint | Loiter | Jump | Surface | Manoeuvre
 """An item of a mission."""
 
 
+def is_above(item: MissionItem | None) -> bool:
+    """Return whether the depth of an item is one above the bottom."""
+    return isinstance(item, Waypoint | Loiter) and item.above
+
+
 @dataclass(frozen=True, slots=True)
 class Mission:
     """What is flown, item after item; at the end the vehicle surfaces."""
@@ -107,4 +112,4 @@ class Mission:
     @property
     def above(self) -> bool:
         """Whether any of its depths is one above the bottom."""
-        return any(isinstance(item, Waypoint | Loiter) and item.above for item in self.items)
+        return any(is_above(item) for item in self.items)

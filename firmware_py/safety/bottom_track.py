@@ -21,7 +21,7 @@ class BottomTrack(NamedTuple):
 
     Attributes:
         z: its depth, m; NaN while it is not heard.
-        rise: how fast it comes up, m/s; 0 where it falls.
+        rise: how fast it comes up, m/s; negative where it falls.
     """
 
     z: float = math.nan
@@ -29,11 +29,9 @@ class BottomTrack(NamedTuple):
 
     def after_a_step(self, z: float) -> BottomTrack:
         """Return the line after another measurement of the bottom's depth, m; NaN where it is not heard."""
-        if z != z or self.z != self.z:
-            return BottomTrack(z)
         expected = self.z - self.rise * _DT
         off = z - expected
-        if abs(off) > _JUMP:
+        if not abs(off) <= _JUMP:  # so it is where one of the two is not known
             return BottomTrack(z)
         rise = self.rise - (1.0 - _FADE) ** 2 * off / _DT
         return BottomTrack(expected + (1.0 - _FADE**2) * off, rise)

@@ -10,16 +10,16 @@ _LATE = 3.0
 """With a slow stern plane the vehicle pulls up later by so much, s."""
 _DEEPEST_DIVE = 10.0
 """By no dive that is steered by hand is more depth than this counted as lost, m."""
-
 _ANSWERS = 1.0
 """A dive goes on steepening for so long, s, before the planes answer."""
 
 
 def too_low(c: Conditions, p: SafetyParams) -> bool:
     """Return whether the bottom is too near, or will be before the vehicle pulls up, climbs away, or stops."""
-    slope, by_hand = c.slope + c.rise_slope, c.wanted is Mode.MANUAL
-    pull_up = _dive_left(c, p, slope, p.altitude_time) if by_hand else c.left.pull_up(slope)
-    pull_up = 0.0 if c.faults.plane else pull_up
+    slope, pull_up = c.slope + c.rise_slope, 0.0
+    if not c.faults.plane:
+        by_hand = c.wanted is Mode.MANUAL
+        pull_up = _dive_left(c, p, slope, p.altitude_time) if by_hand else c.left.pull_up(slope)
     nearer = max(0.0, c.z_dot + c.rise) * p.altitude_ahead
     stops = c.too_steep * p.stop_time
     return c.altitude - max(nearer, pull_up) - stops < p.altitude_min  # a dive ends, and a climb begins, later
