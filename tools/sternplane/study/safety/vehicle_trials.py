@@ -225,6 +225,7 @@ WATER = Group(
             "below the first waypoint, on a way that descends by 4 deg",
             ends=_BOTTOM,
             profile=((-100.0, 40.0), (20.0, 8.2), (62.0, 8.2), (100.0, 40.0)),
+            from_start=True,
             onsets=(0,),
             short=True,
         ),
