@@ -13,7 +13,7 @@ from sternplane.sitl.flight import FlightRequest, fly, prepare
 from firmware_py.records.event import Cause
 from firmware_py.records.health import SensorHealth, SourceFault, SourceState
 from firmware_py.records.order import Mode
-from tests.straight_run import mission, under_way
+from tests.straight_run import hold, mission, under_way
 
 DIVE = under_way(50.0, 8.0, mission([(30.0, 8.0), (400.0, 12.0)]))
 SPIKES = (
@@ -176,3 +176,24 @@ def test_a_dvl_that_is_frozen_at_the_surface_from_the_start_is_named_and_mislead
     assert set(states(log, "altitude")) == {SourceState.GOOD}
     off = np.abs(log.columns["state.nu.u"] - log.truth["nu.u"])
     assert off[t > 25.0].max() < 0.3
+
+
+@pytest.mark.parametrize(
+    ("slope", "faults"),
+    [(0.0556, ("drift:pressure=-0.1@43",)), (0.1667, ("off:dvl@5", "drift:pressure=-0.3@43"))],
+    ids=["DVL", "no DVL"],
+)
+def test_a_pressure_that_drifts_as_the_bottom_falls_takes_the_vehicle_no_3_m_below_its_limit(
+    tmp_path: Path, slope: float, faults: tuple[str, ...]
+) -> None:
+    """Altitude and pressure then tell the same depth of the bottom as before, and DVL and pitch seem to be wrong."""
+    places = ((-50, 40.0), (76, 40.0), (576, 40.0 + 500.0 * slope))
+    falls = ", ".join(f"{{north_m = {x}, depth_m = {z}}}" for x, z in places)
+    water = f"bottom_depth_m = 40.0\nbottom = [{falls}]"
+    limit = "[autopilot.safety]\ndepth_max_m = 30.0\n"
+    text = under_way(110.0, 28.0, limit, hold(28.0)).replace("bottom_depth_m = 40.0", water)
+    log = course(tmp_path, text, *faults)
+    z = log.truth["eta.z"]
+    assert z.max() < 33.0
+    assert z[-1] < 24.0  # it comes up
+    assert SourceState.SUSPECT in set(states(log, "pressure"))

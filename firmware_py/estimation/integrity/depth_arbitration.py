@@ -93,7 +93,9 @@ class Entry(NamedTuple):
     t: float
 
 
-def arbitrate(now: Entry, then: Entry, history: Sequence[Entry], window: int, model_limit: float) -> Accused:
+def arbitrate(
+    now: Entry, then: Entry, history: Sequence[Entry], window: int, model_limit: float, doubted: bool = False
+) -> Accused:
     """Return who is wrong.
 
     Args:
@@ -102,14 +104,20 @@ def arbitrate(now: Entry, then: Entry, history: Sequence[Entry], window: int, mo
         history: the entries up to when they went apart.
         window: how many entries before its end `then` is.
         model_limit: what propeller and pitch may be off by in 5 s, m.
+        doubted: whether the pressure is in doubt already: then neither the bottom alone clears it, nor propeller and
+            pitch alone convict it.
     """
     change = now.residual - then.residual
     blind = now.blind - then.blind > _BLIND
     wrong = bottom_says(now, then, history, window)
-    if wrong is not Accused.NOBODY:
-        return Accused.NOBODY if blind and wrong is Accused.CARRIED else wrong  # eddies carry what no model knows
+    if wrong is Accused.CARRIED and not doubted:
+        return Accused.NOBODY if blind else wrong  # eddies carry what no model knows
+    if wrong is Accused.PRESSURE_DRIFT:
+        return wrong
+    if blind and change < 0.0:
+        return Accused.SHALLOW_PRESSURE if doubted else Accused.PRESSURE_DRIFT
     if blind:
-        return Accused.PRESSURE_DRIFT if change < 0.0 else Accused.SHALLOW_CARRIED
+        return Accused.SHALLOW_CARRIED
     if now.vague - then.vague <= _BLIND:
         limit = model_limit * max(1.0, (now.t - then.t) / _MODEL_TIME)
         modelled = now.model - then.model

@@ -9,6 +9,7 @@ Less deep than `surface` by both, r begins anew with every reading, for the hull
 from where the pressure rose with it last: where it has come below `surface`, and the pressure has not, one is wrong.
 
 The change of r says that pressure or D is wrong; `depth_arbitration` says which. Until it can, the deeper one holds.
+So it does again where a pressure that the bottom cleared has gone too far from DVL and pitch (`parting`).
 """
 
 from __future__ import annotations
@@ -17,10 +18,12 @@ import copy
 import math
 
 from firmware_py.estimation.integrity import near_surface
-from firmware_py.estimation.integrity.depth_arbitration import Accused, Entry, arbitrate, bottom_says, dvl_or_pitch
+from firmware_py.estimation.integrity.depth_arbitration import PITCH_HOLDS, Accused, Entry, arbitrate, dvl_or_pitch
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
+from firmware_py.estimation.integrity.parting import TOGETHER
 from firmware_py.estimation.integrity.vertical_memory import VerticalCheckMemory
-from firmware_py.estimation.integrity.wander import look, wander_5s, wanders
+from firmware_py.estimation.integrity.wander import look, wander_5s, wandered
+from firmware_py.records.health import SourceFault
 
 _MEAN = 0.3
 """Share of a reading in the running mean of the residual."""
@@ -29,9 +32,7 @@ _STEP = 0.25
 _LENGTH = 240
 """Entries of the history: 60 s."""
 _WINDOWS = (20, 40, 160)
-"""Entries over which pressure and DVL are compared: 5, 10, 40 s; without DVL the first of them, and"""
-_BLIND_WINDOWS = (80, 240)
-"""these: 20 and 60 s."""
+"""Entries over which pressure and DVL are compared: 5, 10, 40 s; without DVL the first, and those of `wander`."""
 _LOOK = 5.0
 """How strong eddies are is looked at so often, s."""
 _HELD = 3
@@ -42,6 +43,8 @@ _RATE, _RATE_UNKNOWN = 1.0, 2.5
 """How wrong a depth may become in a gap between readings, m/s: carried on, and not known."""
 _CARRIED_AGE = 0.3
 """When nothing is known to carry the depth on for longer than this, s, pressure is not judged by it."""
+_MAY_SPEAK = (*PITCH_HOLDS, SourceFault.UNDECIDED)
+"""Under any other suspicion a pitch does not speak against the bottom."""
 _GAP = 30.0
 """After a longer silence of the pressure, s, it is taken as it comes."""
 _AGED, _AGED_BLIND, _AGED_MOST = 0.02, 0.4, 3.0
@@ -77,10 +80,12 @@ class VerticalCheck:
         else:
             memory.t_pinged = t
 
-    def carry(self, t: float, dt: float, model: float, raw: float, by_dvl: bool, modelled: bool, known: bool) -> None:
+    def carry(
+        self, t: float, dt: float, model: float, raw: float, by_dvl: bool, modelled: bool, pitch: SourceFault
+    ) -> None:
         """Carry the depth on by dt, s, at `raw` m/s, which DVL and pitch say, if `by_dvl`, else at `model`.
 
-        `modelled` is whether propeller and pitch tell of it; not `known`: pressure cannot be judged by either.
+        `modelled` is whether propeller and pitch tell of it; `pitch` what speaks against the AHRS.
         """
         memory = self.memory
         moved = (raw if by_dvl else model) * dt
@@ -96,8 +101,10 @@ class VerticalCheck:
         else:
             memory.aged += _AGED_BLIND * dt
             memory.blind += dt
-        if known:
+        if (by_dvl or modelled) and pitch in PITCH_HOLDS:
             memory.t_carried = t
+        if by_dvl and pitch in _MAY_SPEAK:
+            memory.t_spoke = t
 
     def carry_late(self, moved: float, heave: float) -> None:
         """Carry the depths on by what a ping shows that the ones before it did not, m; `heave` is part of it."""
@@ -118,7 +125,7 @@ class VerticalCheck:
         known = t - memory.t_carried <= _CARRIED_AGE
         if memory.residual != memory.residual or gap > _GAP or known is not memory.known:
             if memory.residual != memory.residual or gap > _GAP:
-                memory.history = ()
+                memory.history, memory.parting = (), TOGETHER
             memory.known, memory.afloat = known, None
             if memory.stand_in != memory.stand_in:
                 self._begin(t, depth)
@@ -132,12 +139,12 @@ class VerticalCheck:
                 return False, Accused.NOBODY
             if memory.since is None:
                 return False, Accused.PRESSURE_DRIFT
-            return False, self._decide(self._entry(t, depth, altitude), memory.since)
+            return False, self._decide(self._entry(t, depth, altitude), memory.since, memory.window)
         predicted = carried + memory.residual
         if predicted < params.surface and depth < params.surface:
             then, held = memory.afloat, memory.held + 1
             self._begin(t, depth)
-            memory.history = ()
+            memory.history, memory.parting = (), TOGETHER
             accused = (
                 self._near_surface(then, held, self._entry(t, depth, altitude), exact) if known else Accused.NOBODY
             )
@@ -154,12 +161,19 @@ class VerticalCheck:
             memory.carried += off  # for the altitudes, which are compared by the depth that is carried
         history = memory.history
         now = self._entry(t, depth, altitude)
+        speak = t - memory.t_spoke <= _CARRIED_AGE
+        unnoticed = (self._limits[-1] / (_WINDOWS[-1] * _STEP) * gap if known else 0.0) if speak else math.nan
+        memory.parting = memory.parting.followed(depth, memory.raw, memory.heave, unnoticed)
+        if memory.parting.too_far and speak and not known:
+            return False, self._overrule_bottom(now)
         accused = self._changed(now, history) if known else Accused.NOBODY
         if t - memory.t_entry >= _STEP - 1e-6:
             if t - memory.t_look >= _LOOK - 1e-6:
                 memory.unsteady, memory.t_look = look(history, memory.unsteady), t
             if known and accused is Accused.NOBODY:
-                accused = self._wandered(now, history)
+                limits, size = self._blind_limits, self._comparable(t)
+                accused, window = wandered(now, history, size, limits, memory.unsteady, self._decide)
+                memory.window = window or memory.window
             memory.t_entry = t
             memory.history = (*history[-_LENGTH + 1 :], now)
         return accused is not Accused.SHALLOW_PRESSURE, accused
@@ -167,6 +181,13 @@ class VerticalCheck:
     def _entry(self, t: float, depth: float, altitude: float) -> Entry:
         m = self.memory
         return Entry(m.residual, m.carried, altitude, m.blind, depth, m.raw, m.heave, m.model, m.vague, m.hull, t)
+
+    def _overrule_bottom(self, now: Entry) -> Accused:
+        """Let the depth that DVL and pitch carried hold; the bottom, which spoke for the pressure, has no say now."""
+        memory = self.memory
+        memory.history, memory.window = (now._replace(residual=now.residual + memory.parting.deeper),), 1
+        memory.parting = TOGETHER
+        return Accused.SHALLOW_PRESSURE
 
     def _near_surface(self, then: Entry | None, held: int, now: Entry, exact: bool) -> Accused:
         """Return who is accused where the hull sank since `then` without the pressure, for `held` readings by now."""
@@ -183,7 +204,7 @@ class VerticalCheck:
         if held < _HELD:
             return Accused.NOBODY
         memory.history, memory.window = (then,), 1
-        return self._decide(now, then)
+        return self._decide(now, then, 1)
 
     def float_up(self) -> None:
         """Take note that the vehicle is at the surface, whatever carries its depth on: a fix is heard."""
@@ -204,7 +225,7 @@ class VerticalCheck:
         memory = self.memory
         memory.stand_in, memory.residual = math.nan, math.nan
         memory.outliers = memory.held = 0
-        memory.since = None
+        memory.since, memory.parting = None, TOGETHER
 
     @property
     def depth(self) -> float:
@@ -234,7 +255,7 @@ class VerticalCheck:
 
     def _changed(self, now: Entry, history: tuple[Entry, ...]) -> Accused:
         memory = self.memory
-        size = min(len(history), round((now.t - memory.began) / _STEP))
+        size = self._comparable(now.t)
         for window, limit in zip(_WINDOWS, self._limits, strict=True):
             if size <= 0 or (size < window and window > _WINDOWS[0]):
                 break
@@ -249,30 +270,16 @@ class VerticalCheck:
                 if memory.held < _HELD:
                     return Accused.NOBODY
                 memory.window = window
-                return self._decide(now, then)
+                return self._decide(now, then, window)
         memory.held = 0
         return Accused.NOBODY
 
-    def _wandered(self, now: Entry, history: tuple[Entry, ...]) -> Accused:
-        """Compare pressure with pitch and speed over 20 and 60 s without DVL, in which eddies carry a hull far."""
-        memory = self.memory
-        size = min(len(history), round((now.t - memory.began) / _STEP))
-        for window, floor, wander in zip(_BLIND_WINDOWS, self._blind_limits, wanders(memory.unsteady), strict=True):
-            if size < window:
-                break
-            then = history[-window]
-            change = abs(now.residual - then.residual)
-            if now.blind - then.blind <= 0.3 or change <= floor:
-                continue
-            memory.window = window
-            if change > floor + wander:
-                return self._decide(now, then)
-            if bottom_says(now, then, history, window) is Accused.PRESSURE_DRIFT:
-                return Accused.PRESSURE_DRIFT
-        return Accused.NOBODY
+    def _comparable(self, t: float) -> int:
+        """Return how many entries of the history have residuals that are comparable with that of now."""
+        return min(len(self.memory.history), round((t - self.memory.began) / _STEP))
 
-    def _decide(self, now: Entry, then: Entry) -> Accused:
-        return arbitrate(now, then, self.memory.history, self.memory.window, self._params.depth_blind)
+    def _decide(self, now: Entry, then: Entry, window: int) -> Accused:
+        return arbitrate(now, then, self.memory.history, window, self._params.depth_blind, self.stands_in)
 
     def _begin(self, t: float, depth: float) -> None:
         memory = self.memory

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from firmware_py.estimation.integrity.depth_arbitration import Entry
+from firmware_py.estimation.integrity.parting import TOGETHER, Parting
 
 
 @dataclass(slots=True)
@@ -17,7 +18,8 @@ class VerticalCheckMemory:
     how many entries of the history before its end that was. Residuals are comparable since `began`, `raw` since
     `t_raw`; `lie` is the farthest that a suspect pressure was from `stand_in`, m. `unsteady` is how much the drift from
     propeller and pitch changes in 5 s, m, as seen at `t_look`. `afloat` is when pressure and carried depth rose
-    together last, near the surface.
+    together last, near the surface; `parting` how far DVL and pitch, which spoke last at `t_spoke`, went from the
+    pressure.
     """
 
     carried: float = 0.0
@@ -46,3 +48,5 @@ class VerticalCheckMemory:
     unsteady: float = math.nan
     t_look: float = -math.inf
     afloat: Entry | None = None
+    t_spoke: float = -math.inf
+    parting: Parting = TOGETHER

@@ -8,9 +8,9 @@ strong all of it is twice as much.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
-from firmware_py.estimation.integrity.depth_arbitration import Entry
+from firmware_py.estimation.integrity.depth_arbitration import Accused, Entry, bottom_says
 
 _WANDER_5S, _WANDERS = 5.0, (18.0, 42.0)
 """3.5 sigma of the drift in 5 s, and in 20 and 60 s, by the least steady minute."""
@@ -18,6 +18,10 @@ _UNKNOWN = 0.5
 """Assumed before 15 s of a flight have shown how unsteady it is, m: eddies of 0.15 to 0.2 m/s."""
 _SHARE = 0.98
 """The least steady minute counts, and by this share less at each look, every 5 s: half after 3 minutes."""
+_WINDOWS = (80, 240)
+"""Entries of the history over which pressure is compared with pitch and speed alone: 20 and 60 s."""
+_BLIND = 0.3
+"""So much longer without DVL, s, and a window counts as carried without it."""
 _LAG, _EVERY = 20, 4
 """Entries of the history in 5 s; of so many one is looked at."""
 
@@ -31,6 +35,47 @@ def wanders(unsteady: float) -> tuple[float, float]:
     """Return how far eddies may carry a hull in 20 and in 60 s, m."""
     known = unsteady if unsteady == unsteady else _UNKNOWN
     return _WANDERS[0] * known, _WANDERS[1] * known
+
+
+def wandered(
+    now: Entry,
+    history: Sequence[Entry],
+    size: int,
+    limits: tuple[float, float],
+    unsteady: float,
+    decide: Callable[[Entry, Entry, int], Accused],
+) -> tuple[Accused, int]:
+    """Compare pressure with pitch and speed over 20 and 60 s without DVL; return who is accused, over how many entries.
+
+    Where over 20 s a bottom spoke for a pressure that became less deep, it is in doubt beyond what holds for 60 s.
+
+    Args:
+        now: the newest entry.
+        history: those before;
+        size: so many of them are comparable.
+        limits: what pitch and speed may be off by in 20 and in 60 s of still water, m.
+        unsteady: as in `VerticalCheckMemory`.
+        decide: tells who is wrong now, if nobody was then, so many entries ago.
+    """
+    cleared = False
+    for window, floor, wander in zip(_WINDOWS, limits, wanders(unsteady), strict=True):
+        if size < window and not cleared:
+            break
+        entries = min(window, size)
+        then = history[-entries]
+        change = now.residual - then.residual
+        if now.blind - then.blind <= _BLIND or abs(change) <= floor:
+            continue
+        if abs(change) > floor + wander:
+            if cleared:
+                return Accused.SHALLOW_PRESSURE, entries
+            accused = decide(now, then, entries)
+            if accused is not Accused.NOBODY or change > 0.0:
+                return accused, entries
+            cleared = True
+        elif bottom_says(now, then, history, entries) is Accused.PRESSURE_DRIFT:
+            return Accused.PRESSURE_DRIFT, entries
+    return Accused.NOBODY, 0
 
 
 def look(history: Sequence[Entry], before: float) -> float:
