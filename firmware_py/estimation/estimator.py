@@ -167,10 +167,10 @@ class Estimator:
             believed = self.believed = selection.update(tick, frame, applied, known)
         correction, integrity = selection.correction, selection.integrity
         if correction is not NO_CORRECTION:
-            self._navigation.correct(correction.depth, correction.heading)
+            self._navigation.correct(*correction)
         before = self._learning.last if self._learning is not None else NOTHING_LEARNED
-        hull, refused = integrity.hull, integrity.refused
-        state = self._navigation.update(tick, believed, applied, integrity.health, known, hull, before, refused)
+        judged_by = integrity.health, known, integrity.hull, before, integrity.refused, integrity.doubt
+        state = self._navigation.update(tick, believed, applied, *judged_by)
         if selection.candidates:
             state = replace(state, candidates=selection.candidates)
         if self._learning is None:

@@ -80,6 +80,8 @@ def conditions(
     rise = was.bottom.rise if was.bottom.rise > _RISES else 0.0
     u = max(state.nu.u, _SLOW)
     fix_heard = sensors.fix.state is _GOOD and frame.fix.usable(t, params.fix_timeout)
+    if sensors.fix.fault is SourceFault.CONTRADICTED:  # it lies about the place, and hears satellites
+        fix_heard = t - frame.fix.t_valid <= params.fix_timeout
     return Conditions(
         wanted=wanted,
         attitude_ok=attitude_ok,

@@ -9,9 +9,10 @@ from typing import Any
 
 from firmware_py.estimation.integrity.altitude_check import AltitudeCheck
 from firmware_py.estimation.integrity.attitude_check import AttitudeCheck
-from firmware_py.estimation.integrity.confirmation import FixCheck, hear_battery, hear_leak
+from firmware_py.estimation.integrity.confirmation import hear_battery, hear_leak
 from firmware_py.estimation.integrity.depth_accusation import accuse_depth
 from firmware_py.estimation.integrity.depth_arbitration import Accused, judge_again
+from firmware_py.estimation.integrity.fix_check import FixCheck
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.integrity.integrity_records import NO_CORRECTION, IntegrityMemory
 from firmware_py.estimation.integrity.model_check import ModelCheck
@@ -76,6 +77,11 @@ class SensorIntegrity:
     def hull(self) -> HullVelocity | None:
         """Return what propeller and rudder do to the hull, and the current; None: no model holds now."""
         return self._velocity.current.corrected(self.model.velocity) if self._params.enabled else None
+
+    @property
+    def doubt(self) -> float:
+        """Return what the position may be off by beside its sigma, m: DVL, or propeller, and fixes go apart."""
+        return self._velocity.way.memory.doubt
 
     def follow_nodes(self, numbers: Sequence[int]) -> None:
         """Take note of which candidates, a number for each of `sensing.ROLES`, frames have in front."""
@@ -222,23 +228,15 @@ class SensorIntegrity:
             self.correction = self.correction._replace(depth=depth)
 
     def _hear_fix(self, heard: Heard[Fix], t: float) -> None:
-        watch = self._sources.fix
-        if watch.hear(heard, t) and self._fixes.check(heard, t, self._depth, self._vertical.depth, watch):
-            watch.take(heard)
-            self._vertical.float_up()
-            if self._velocity.way.hear(heard.value, t):
-                self._sources.dvl.accuse(SourceFault.CONTRADICTED, t)
+        way = self._velocity.way
+        if self._fixes.hear(heard, t, self._sources, self._vertical, way):
+            self.correction = self.correction._replace(fixes=way.wrong_since)
 
     def _motion(self) -> tuple[float, ...]:
         """Return depth and speed through the water, as `SourceWatch.hear` takes them; empty where nothing moves."""
         depth = self._vertical.depth
         known = depth == depth and not self._sources.ahrs.memory.repeats
         return (depth / _DIVED, self.model.speed / _SPED) if known else ()
-
-    @property
-    def _depth(self) -> float:
-        """Return the depth by a pressure that is believed, m, else NaN."""
-        return self._vertical.depth if self._sources.pressure.health.believed else math.nan
 
     def _altitude_now(self, t: float) -> float:
         believed = (self._sources.altimeter.believed, self._sources.dvl_altitude.believed)
@@ -256,7 +254,7 @@ class SensorIntegrity:
         self._ask_model(t, n if math.isfinite(n) else 0.0, gone, frame, applied)
         if applied.armed and sources.pressure.memory.fault is SourceFault.NONE:
             judge_again(t, self.model.memory.slip, sources.ahrs, sources.dvl, self._vertical.judge_raw)
-        if self._fixes.drift(t, self._depth == self._depth, self._vertical):
+        if self._fixes.drift(t, sources.pressure.health.believed, self._vertical):
             sources.fix.excuse(t)
         were = sources.believed
         sources.judge(t, frame)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from firmware_py.estimation.integrity.altitude_check import EchoMemory
 from firmware_py.estimation.integrity.attitude_check import AttitudeCheckMemory
-from firmware_py.estimation.integrity.confirmation import FixCheckMemory
+from firmware_py.estimation.integrity.fix_check import FixCheckMemory
 from firmware_py.estimation.integrity.model_check import ModelCheckMemory
 from firmware_py.estimation.integrity.source_watch import SourceMemory
 from firmware_py.estimation.integrity.velocity_check import VelocityCheckMemory
@@ -17,10 +17,14 @@ from firmware_py.records.sensing import Ahrs, Heard
 
 
 class Correction(NamedTuple):
-    """What navigation has to put right in this tick, for it took in what is now known to be wrong; NaN: nothing."""
+    """What navigation has to put right in this tick, for it took in what is now known to be wrong.
+
+    Depth, m, and heading, rad, as they are; the time since which fixes were wrong, s; NaN: nothing.
+    """
 
     depth: float
     heading: float
+    fixes: float = math.nan
 
 
 NO_CORRECTION = Correction(math.nan, math.nan)

@@ -62,13 +62,30 @@ _CARRIED_SPEED = 3.0
 """Faster than this no vehicle is carried at the surface, m/s."""
 
 
+_KEPT = 40
+"""By what so many fixes have moved the position is kept,"""
+_KEPT_APART = 0.9
+"""of those that follow each other sooner, s, of one."""
+_ONSET = 0.5
+"""Nobody knows which part of what is taken back was right: 1 sigma, its share."""
+
+
+class Moved(NamedTuple):
+    """By what fixes up to one that was true at t, s, have moved the position in all, north and east, m."""
+
+    t: float
+    x: float
+    y: float
+
+
 class PositionMemory(NamedTuple):
     """North and east (m), the two kinds of error, and the time of validity of the last fix.
 
     `refused` is how many fixes in a row contradicted the position and agreed with each other; the last one was `off_x`
     north and `off_y` east of it, m. `jump` is by how much such fixes put the position right in this tick, m. Fixes move
     it by `pull_x` and `pull_y` a second, on the average of some, m/s; `astray` is what chance does not explain of that:
-    by so much the velocity is off.
+    by so much the velocity is off. `doubt` is what the position may be off by beside, m: fixes or DVL are wrong,
+    and nothing tells which. `moved` is by what the last fixes have moved it.
     """
 
     x: float
@@ -83,6 +100,8 @@ class PositionMemory(NamedTuple):
     pull_x: float = 0.0
     pull_y: float = 0.0
     astray: float = 0.0
+    doubt: float = 0.0
+    moved: tuple[Moved, ...] = ()
 
 
 def start(params: PositionParams) -> PositionMemory:
@@ -154,7 +173,28 @@ def take_fix(
         pull_x=pull_x,
         pull_y=pull_y,
         astray=astray,
+        doubt=memory.doubt,
+        moved=_moved(memory.moved, heard.t_valid, gain * dx, gain * dy),
     )
+
+
+def take_back(params: PositionParams, memory: PositionMemory, since: float) -> PositionMemory:
+    """Take back what fixes that were true after `since`, s, have moved the position by."""
+    moved = memory.moved
+    if not moved:
+        return memory
+    last, then = moved[-1], next((before for before in reversed(moved) if before.t <= since), moved[0])
+    x, y = last.x - then.x, last.y - then.y
+    walk = memory.walk + _ONSET**2 * (x * x + y * y) + 4.0 * params.fix_bias_std**2
+    return memory._replace(x=memory.x - x, y=memory.y - y, walk=walk, pull_x=0.0, pull_y=0.0, astray=0.0, moved=())
+
+
+def _moved(moved: tuple[Moved, ...], t: float, dx: float, dy: float) -> tuple[Moved, ...]:
+    """Return by what fixes have moved the position, now that one of t, s, has moved it by dx and dy more, m."""
+    last = moved[-1] if moved else Moved(t, 0.0, 0.0)
+    now = Moved(t, last.x + dx, last.y + dy)
+    kept = moved[:-1] if len(moved) > 1 and last.t - moved[-2].t < _KEPT_APART else moved
+    return (*kept[1 - _KEPT :], now)
 
 
 def _pull(
@@ -172,4 +212,4 @@ def _pull(
 
 def std(memory: PositionMemory) -> float:
     """1 sigma of (x, y) together, m."""
-    return math.sqrt(memory.walk + memory.drift**2)
+    return math.sqrt(memory.walk + memory.drift**2 + memory.doubt**2)

@@ -75,9 +75,14 @@ class Navigation:
             attitude.START, velocity.START, depth.start(params.depth), dead_reckoning.start(params.position)
         )
 
-    def correct(self, depth: float, heading: float) -> None:
-        """Put depth (m) and heading (rad) right, where what they rest on has turned out to be wrong; NaN leaves one."""
+    def correct(self, depth: float, heading: float, fixes: float = math.nan) -> None:
+        """Put depth (m) and heading (rad) right, where what they rest on has turned out to be wrong; NaN leaves one.
+
+        What `fixes` since that time, s, have moved the position by is taken back.
+        """
         was = self._memory
+        if not math.isnan(fixes):
+            was = was._replace(position=dead_reckoning.take_back(self._params.position, was.position, fixes))
         if not math.isnan(depth):
             was = was._replace(depth=was.depth._replace(z=depth))
         if not math.isnan(heading):
@@ -94,12 +99,13 @@ class Navigation:
         hull: velocity.HullVelocity | None = None,
         learned: Learned = NOTHING_LEARNED,
         refused: tuple[int, ...] = (),
+        doubt: float = 0.0,
     ) -> StateEstimate:
         """Return the state at the tick, from what was received up to it and what was commanded one tick ago.
 
         `sensors` is what is known of the sensors; what is not believed is not ok in the frame. `known` is the velocity
         of the coefficient filter, `hull` that of the vehicle's model, each None if it is not to be believed. `learned`
-        and `refused` become part of the state as they are.
+        and `refused` become part of the state as they are. `doubt` is what the position may be off by beside, m.
         """
         params, was, t, dt = self._params, self._memory, tick.t, tick.dt
 
@@ -135,7 +141,7 @@ class Navigation:
             x, y = x + dx, y + dy
             if now.t == vel.ping.t:  # a ping's noise is new in every one
                 walk += 2.0 * (now.std * gap) ** 2
-        pos = was.position._replace(x=x, y=y, walk=walk, drift=drift, jump=0.0)
+        pos = was.position._replace(x=x, y=y, walk=walk, drift=drift, jump=0.0, doubt=doubt)
         if not depth_ok or dep.z < params.position.fix_depth:
             pos = dead_reckoning.take_fix(params.position, pos, frame.fix, t, self._origin, (x_dot, y_dot))
         north, east, water_std = velocity.water(params.velocity, vel, t)

@@ -90,6 +90,18 @@ def test_fixes_that_go_on_moving_it_to_one_side_show_a_wrong_velocity(seed: int)
     assert max(sigma for _, sigma in right[10:]) < 1.1  # what is right is worth as much as it was
 
 
+def test_what_fixes_that_were_wrong_have_moved_it_by_is_taken_back() -> None:
+    memory = dead_reckoning.PositionMemory(0.0, 0.0, 1.0, 0.0, 0.0)
+    for t in range(1, 41):  # it makes 1 m/s; from 20 s on the receiver stands still
+        memory = memory._replace(x=memory.x + 1.0, drift=memory.drift + 0.2)
+        memory = dead_reckoning.take_fix(PARAMS, memory, fix(min(t, 20.0), 0.0, t, 2.0), t, ORIGIN, (1.0, 0.0))
+    assert 40.0 - memory.x > 3.0 * dead_reckoning.std(memory)
+    back = dead_reckoning.take_back(PARAMS, memory, 20.0)
+    assert back.x == pytest.approx(40.0, abs=0.5)
+    assert abs(40.0 - back.x) < dead_reckoning.std(back) < 10.0
+    assert dead_reckoning.take_back(PARAMS, back, 20.0) == back  # once
+
+
 def test_a_late_fix_is_moved_along_both_axes() -> None:
     was = dead_reckoning.PositionMemory(0.0, 0.0, 1e12, 0.0, 0.0)
     now = dead_reckoning.take_fix(PARAMS, was, fix(10.0, 20.0, 4.5, 0.5), 5.0, ORIGIN, (1.0, -2.0))

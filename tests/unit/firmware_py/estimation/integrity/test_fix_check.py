@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from firmware_py.estimation.integrity.confirmation import FixCheck
+from firmware_py.estimation.integrity.fix_check import FixCheck
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.integrity.source_watch import SourceWatch
 from firmware_py.estimation.integrity.vertical_check import VerticalCheck

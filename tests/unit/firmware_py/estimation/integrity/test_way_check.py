@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from firmware_py.estimation.integrity.way_arbitration import Wrong
 from firmware_py.estimation.integrity.way_check import WayCheck
 from firmware_py.estimation.navigation.velocity import Current, HullVelocity
 from firmware_py.marine import EARTH_RADIUS
@@ -35,28 +36,36 @@ def drive(
     std: float = STD,
     seed: int = 0,
     begin: int = 0,
+    since: float = 0.0,
+    aside: float = 0.0,
+    dvl: bool = True,
+    silent: bool = False,
+    wrong: Wrong = Wrong.DVL,
 ) -> float:
-    """Drive at the surface and hear `rate` fixes a second; when the DVL was wrong first, s, infinite if never.
+    """Drive at the surface and hear `rate` fixes a second; when `wrong` was told first, s, infinite if never.
 
-    The DVL's u is off by `lie`, fixes have the sigma `std`, m, walk to the north at `walk`, m/s, and are off by `off`,
-    m; the vehicle does `speed`, m/s, through the water and turns at `turning`, rad/s; the heading is off by `compass`,
-    rad.
+    The DVL's u is off by `lie`; not `dvl`: there is none. Fixes have the sigma `std`, m, walk to the north at `walk`
+    and to the east at `aside`, m/s, from `since`, s, on, and are off by `off`, m; `silent`: there were none before. The
+    vehicle does `speed`, m/s, through the water and turns at `turning`, rad/s; the heading is off by `compass`, rad.
     """
     noise, first = np.random.default_rng([seed, begin]), math.inf
     north, east = begin * (speed + current[0]), begin * current[1]
     for k in range(begin * 20, (begin + seconds) * 20):
         t = k / 20.0
         if k % (20 // rate) == 0:
-            fix_n, fix_e = north + walk * t + off + noise.normal(0.0, std), east + noise.normal(0.0, std)
+            walked = max(0.0, t - since)
+            fix_n, fix_e = north + walk * walked + off, east + aside * walked
+            fix_n, fix_e = fix_n + noise.normal(0.0, std), fix_e + noise.normal(0.0, std)
             latitude = LATITUDE + fix_n / EARTH_RADIUS
             longitude = LONGITUDE + fix_e / EARTH_RADIUS / math.cos(LATITUDE)
-            if check.hear(Fix(latitude, longitude, std), t):
+            if check.hear(Fix(latitude, longitude, std), t, silent=silent and k == begin * 20) is wrong:
                 first = min(first, t)
         psi = turning * t
         s, c = math.sin(psi), math.cos(psi)
         ping = speed + current[0] * c + current[1] * s, current[1] * c - current[0] * s
         north, east = north + (ping[0] * c - ping[1] * s) / 20.0, east + (ping[0] * s + ping[1] * c) / 20.0
-        check.carry(0.05, psi + compass, 0.0, (ping[0] + lie, ping[1]), HullVelocity(speed, 0.0, NOWHERE))
+        told = (ping[0] + lie, ping[1]) if dvl else None
+        check.carry(0.05, psi + compass, 0.0, told, HullVelocity(speed, 0.0, NOWHERE))
     return first
 
 
@@ -75,7 +84,86 @@ def test_a_dvl_that_is_off_is_wrong_before_anything_believes_it(lie: float, seed
 
 @given(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5), st.integers(0, 10**6))
 def test_no_current_makes_a_sound_one_wrong(north: float, east: float, seed: int) -> None:
-    assert drive(WayCheck(), 40, current=(north, east), seed=seed) == math.inf
+    check = WayCheck()
+    assert drive(check, 40, current=(north, east), seed=seed) == math.inf
+    assert (check.memory.lies, check.memory.doubt) == (0.0, 0.0)  # nor a sound receiver
+
+
+@pytest.mark.parametrize("current", [(0.0, 0.0), (0.3, 0.2), (-0.3, 0.0)])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_receiver_that_stands_still_is_wrong_where_propeller_and_dvl_drive_on(
+    current: tuple[float, float], seed: int
+) -> None:
+    still = {
+        "walk": -U - current[0],
+        "aside": -current[1],
+        "current": current,
+        "turning": 0.0,
+        "std": 1.0,
+        "seed": seed,
+    }
+    assert drive(WayCheck(), 40, **still, wrong=Wrong.FIXES) <= 20.0
+    assert drive(WayCheck(), 40, **still, wrong=Wrong.DVL) == math.inf
+
+
+def on_the_way(seed: int, current: tuple[float, float]) -> WayCheck:
+    """Return one that has heard 40 s of sound fixes."""
+    check = WayCheck()
+    drive(check, 40, current=current, turning=0.0, std=1.0, seed=seed)
+    return check
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_of_two_that_agreed_the_one_whose_current_changes_is_wrong(seed: int) -> None:
+    """Fixes that walk as fast as the water sets the vehicle back look like still water, and the DVL like a lie."""
+    current = (-0.6, 0.0)
+    walking = {"walk": 0.6, "since": 40.0, "begin": 40, "current": current, "turning": 0.0, "std": 1.0, "seed": seed}
+    assert drive(on_the_way(seed, current), 40, **walking, wrong=Wrong.DVL) == math.inf
+    assert drive(on_the_way(seed, current), 40, **walking, wrong=Wrong.FIXES) <= 70.0
+    lying = {"lie": 0.6, "begin": 40, "current": current, "turning": 0.0, "std": 1.0, "seed": seed}
+    assert drive(on_the_way(seed, current), 40, **lying, wrong=Wrong.FIXES) == math.inf
+    assert drive(on_the_way(seed, current), 40, **lying, wrong=Wrong.DVL) <= 70.0
+
+
+def test_a_receiver_that_was_wrong_stays_so_where_nothing_would_show_it_until_it_was_silent() -> None:
+    check = WayCheck()
+    assert drive(check, 40, walk=-U, turning=0.0, std=1.0, wrong=Wrong.FIXES) < 20.0
+    assert drive(check, 60, begin=40, walk=-0.1, speed=0.1, turning=0.0, std=1.0) == math.inf
+    assert check.memory.lies > 0.0  # at rest all receivers stand still
+    drive(check, 5, begin=120, turning=0.0, std=1.0, silent=True)
+    assert check.memory.lies == 0.0
+
+
+def test_a_receiver_that_follows_again_is_believed_again() -> None:
+    check = WayCheck()
+    drive(check, 40, walk=-U, turning=0.0, std=1.0)
+    drive(check, 40, begin=40, off=-40.0 * U, turning=0.0, std=1.0)
+    assert check.memory.lies == 0.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_where_nothing_tells_which_is_wrong_the_position_is_doubted_by_as_much_as_they_go_apart(seed: int) -> None:
+    check, across = WayCheck(), {"aside": 0.6, "turning": 0.0, "std": 1.0, "seed": seed}
+    assert drive(check, 60, **across, wrong=Wrong.DVL) == math.inf
+    assert check.memory.lies == 0.0
+    assert 0.3 * 36.0 < check.memory.doubt < 36.0
+    drive(check, 20, begin=100, turning=0.0, std=1.0, seed=seed)  # other fixes, which agree
+    assert check.memory.doubt == 0.0
+
+
+@pytest.mark.parametrize(
+    ("speed", "walk", "doubts"),
+    [(1.8, -1.8, True), (1.0, -1.0, True), (1.8, 1.5, True), (1.8, -1.0, False), (1.0, 0.6, False)],
+)
+def test_without_dvl_nobody_is_convicted_but_a_current_that_hardly_can_be_is_doubted(
+    speed: float, walk: float, doubts: bool
+) -> None:
+    check = WayCheck()
+    fixes = {"walk": walk, "speed": speed, "turning": 0.0, "std": 1.0, "dvl": False}
+    assert drive(check, 60, **fixes, wrong=Wrong.DVL) == math.inf
+    assert check.memory.lies == 0.0
+    assert (check.memory.doubt > 0.7 * abs(walk) * 60.0) is doubts
+    assert (check.memory.doubt > 0.0) is doubts
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -174,7 +262,9 @@ def test_fixes_that_jump_against_the_current_cost_a_sound_dvl_half_a_minute(curr
 @pytest.mark.parametrize("speed", [1.2, 1.8])
 def test_a_compass_that_is_off_across_a_current_convicts_no_dvl(compass: float, side: float, speed: float) -> None:
     error = math.radians(compass)
-    assert drive(WayCheck(), 60, current=(0.0, side), speed=speed, turning=0.0, compass=error) == math.inf
+    check = WayCheck()
+    assert drive(check, 60, current=(0.0, side), speed=speed, turning=0.0, compass=error) == math.inf
+    assert check.memory.lies == 0.0  # and no receiver
 
 
 def test_a_receiver_that_tells_ten_fixes_a_second_tells_as_much() -> None:

@@ -120,7 +120,7 @@ def voyage(
                 fields[name] = Heard(old.value, old.t_valid, False, old.ok)
         frame = change(t, replace(frame, **fields))
         believed = checker.update(tick, frame, applied)
-        depth, heading = checker.correction
+        depth, heading, _ = checker.correction
         yield Seen(t, frame, believed, checker.health, depth, heading, z, psi)
 
 
