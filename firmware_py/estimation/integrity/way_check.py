@@ -11,8 +11,8 @@ Who is wrong says `way_arbitration`.
 - A **receiver** that was wrong stays so until it was silent, or has agreed with the DVL for a while on a way that would
   show its fault. What its fixes have moved the position by meanwhile is taken back.
 - Where it is **undecided**, neither is accused, and the position is doubted by as much as the two go apart. So it is
-  where without DVL fixes stand still while the propeller drives on, or tell of a current stronger than any: they lie, or
-  the propeller drives no more.
+  where without DVL fixes stand still while the propeller drives on, or tell of a current stronger than any: they lie,
+  or the propeller drives no more.
 """
 
 from __future__ import annotations
