@@ -197,3 +197,27 @@ def test_a_pressure_that_drifts_as_the_bottom_falls_takes_the_vehicle_no_3_m_bel
     assert z.max() < 33.0
     assert z[-1] < 24.0  # it comes up
     assert SourceState.SUSPECT in set(states(log, "pressure"))
+
+
+@pytest.mark.parametrize(("other", "only"), [("dvl", "altimeter"), ("altimeter", "dvl.altitude")])
+def test_the_only_altitude_that_is_stuck_takes_a_dive_by_altitude_not_to_the_bottom(
+    tmp_path: Path, other: str, only: str
+) -> None:
+    places = [(40.0, 12.0), (300.0, 5.0)]
+    waypoints = mission(places).replace("depth_m", "altitude_m")
+    text = under_way(110.0, 13.0, waypoints, bottom=25.0)
+    log = course(tmp_path, text, f"off:{other}@5", f"set:{only}=9@35", f"noise:{only}=0.05@35.2")
+    z = log.truth["eta.z"]
+    assert z.max() < 23.5
+    assert z[-1] < 21.0
+    sensor = "dvl" if other == "altimeter" else "altitude"
+    assert SourceFault.UNDECIDED in {getattr(cycle.state.sensors, sensor).fault for cycle in log.cycles}
+
+
+def test_a_slope_that_is_followed_by_one_altitude_alone_is_believed(tmp_path: Path) -> None:
+    waypoints = mission([(400.0, 8.0)]).replace("depth_m", "altitude_m")
+    slope = "bottom_depth_m = 20.0\nbottom = [{north_m = 60, depth_m = 20}, {north_m = 200, depth_m = 35}]"
+    text = under_way(110.0, 12.0, waypoints, bottom=20.0).replace("bottom_depth_m = 20.0", slope)
+    log = course(tmp_path, text, "off:dvl@5")
+    assert log.truth["eta.z"].max() > 20.0
+    assert set(states(log, "altitude")) == {SourceState.GOOD}

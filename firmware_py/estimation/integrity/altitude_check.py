@@ -9,6 +9,9 @@ Over a rough bottom two sensors that look at different places, or at different t
 rises and falls by: as much as it did for both of them in the last ten seconds is no contradiction, nor is a jump to a
 bottom that the other saw in that time. A jump is judged when the other has had the time to see it too.
 
+An altitude that stays while the vehicle dives, and no other sensor sees the bottom, is in doubt (`still_altitude`): the
+bottom of before holds, until the altitude reacts to the motion or another sensor tells.
+
 A bottom that leaps away while no other sensor sees it is a cliff, or a lie: the nearer bottom holds for
 `altitude_hold`. If the farther one stays all that time, it is taken on; the altitude follows it slowly.
 """
@@ -21,6 +24,7 @@ from dataclasses import dataclass
 
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.integrity.source_watch import SourceWatch
+from firmware_py.estimation.integrity.still_altitude import LENGTH, REACTS, Sounding, bottom_before
 from firmware_py.records.health import SourceFault
 
 _REAL = 3
@@ -34,6 +38,8 @@ _RECENT = 1.0
 _MEAN_TIME, _MEAN_NOW = 0.8, 0.5
 """Time constant of the running mean that is held against the other sensor's, s, the same for both: over a slope means
 that lag differently part. Share of a reading in that for the pressure."""
+_UNHEARD = 5.0
+"""After a longer silence, s, a sensor begins anew."""
 _JUST = 2.0
 """For so long, s, a jump that one sensor saw explains one of the other, and running means may differ after it."""
 _ROUGH_TIME = 10.0
@@ -56,7 +62,8 @@ class EchoMemory:
     `low` and `high` are how far its bottom went up and down lately, `t_jump` since when readings jump, `t_outlier` when
     one did last; `t_begun` when a new bottom was taken on. `history` has the bottom and the carried depth, m, second by
     second; `held` is the nearer bottom that holds, NaN if none does, since `t_held`, and `t_last` when the last reading
-    came.
+    came. The carried depth was deeper than the depth that is believed by `off`, m. `track` are soundings, second by
+    second, beyond any jump; `still` is the altitude, m, that stays, NaN if it is not in doubt.
     """
 
     t: float = -math.inf
@@ -74,6 +81,9 @@ class EchoMemory:
     held: float = math.nan
     t_held: float = -math.inf
     t_last: float = -math.inf
+    off: float = 0.0
+    track: tuple[Sounding, ...] = ()
+    still: float = math.nan
 
 
 class AltitudeCheck:
@@ -83,26 +93,58 @@ class AltitudeCheck:
         self._params = params
         self.memory = (EchoMemory(), EchoMemory())
 
-    @property
-    def held(self) -> bool:
-        """Return whether a nearer bottom holds than the altimeter measures."""
-        return self.memory[0].held == self.memory[0].held
+    def held(self, which: int) -> float:
+        """Return the nearer bottom that holds instead of what a sensor measures, m; NaN: none does."""
+        return self.memory[which].held
 
     def check(
-        self, which: int, t: float, altitude: float, carried: float, watch: SourceWatch, other: SourceWatch
+        self,
+        which: int,
+        t: float,
+        altitude: float,
+        carried: float,
+        depth: float,
+        watch: SourceWatch,
+        other: SourceWatch,
     ) -> bool:
-        """Return whether a reading may be used; `carried` is the carried depth, m. What speaks against it is noted."""
-        echo = self.memory[which]
+        """Return whether a reading may be used; what speaks against it is noted.
+
+        `carried` is the carried depth, `depth` the one that is believed, m; NaN if none is. A bottom that is held for
+        long goes by this one.
+        """
+        echo, off = self.memory[which], carried - depth
+        if off == off:
+            if echo.held == echo.held:
+                echo.held += off - echo.off
+            echo.off = off
         used = self._judge(which, t, altitude, carried, watch, other)
+        if watch.believed:
+            self._doubt(which, t, carried, watch, other)
         if echo.held == echo.held and watch.believed:
-            echo.held += _FOLLOWS * min(t - echo.t_last, _RECENT)
+            if echo.still != echo.still:
+                echo.held += _FOLLOWS * min(t - echo.t_last, _RECENT)
             if not altitude + carried > echo.held:
-                echo.held = math.nan
+                echo.held = echo.still = math.nan
             elif used:
                 watch.hold()
                 used = False
         echo.t_last = t
         return used
+
+    def _doubt(self, which: int, t: float, carried: float, watch: SourceWatch, other: SourceWatch) -> None:
+        """Doubt a sensor whose altitude stays while the vehicle dives, and no longer one whose altitude reacts."""
+        echo, witness = self.memory[which], self.memory[1 - which]
+        alone = not (other.believed and t - witness.t <= _RECENT)
+        if echo.still == echo.still:
+            if alone and abs(echo.now - carried - echo.still) < REACTS:
+                watch.accuse(SourceFault.UNDECIDED, t)
+            else:
+                echo.held, echo.still, echo.track = math.nan, math.nan, ()
+        elif alone and echo.held != echo.held and echo.t_entry == t:
+            echo.held = bottom_before(echo.track)
+            if echo.held == echo.held:
+                echo.still = echo.now - carried
+                watch.accuse(SourceFault.UNDECIDED, t)
 
     def _judge(
         self, which: int, t: float, altitude: float, carried: float, watch: SourceWatch, other: SourceWatch
@@ -124,7 +166,7 @@ class AltitudeCheck:
                 watch.accuse(SourceFault.CONTRADICTED, t)
             echo.outlier = bottom
             return False
-        if echo.bottom != echo.bottom or gap > 5.0:
+        if echo.bottom != echo.bottom or gap > _UNHEARD:
             self._begin(echo, t, bottom, carried)
             return True
         if abs(bottom - echo.bottom) > params.altitude_step + _SLOPE * gap:
@@ -150,6 +192,7 @@ class AltitudeCheck:
         echo.now += _MEAN_NOW * (bottom - echo.now)
         if t - echo.t_entry >= _STEP - 1e-6:
             echo.t_entry, echo.history = t, (*echo.history[-_HISTORY + 1 :], (echo.now, carried))
+            echo.track = (*echo.track[-LENGTH + 1 :], Sounding(echo.now, carried))
         settled = t - max(echo.t_begun, witness.t_begun) > _JUST
         if settled and abs(echo.mean - witness.mean) > limit and heard_witness and not other.memory.in_row:
             return self._arbitrate(echo, witness, t, carried, watch, other)
@@ -197,6 +240,8 @@ class AltitudeCheck:
 
     @staticmethod
     def _begin(echo: EchoMemory, t: float, bottom: float, carried: float) -> None:
+        jumped = bottom - echo.bottom if t - echo.t <= _UNHEARD else math.nan
+        echo.track = tuple([at.leap(jumped) for at in echo.track]) if jumped == jumped else ()
         echo.t, echo.bottom, echo.mean, echo.now = t, bottom, bottom, bottom
         echo.history, echo.t_entry = ((bottom, carried),), t
         echo.t_begun = t
@@ -213,11 +258,13 @@ class AltitudeCheck:
         """Begin anew with the next reading of a sensor; called when it is believed again."""
         echo = self.memory[which]
         echo.bottom = echo.low = echo.high = math.nan
+        if echo.still == echo.still:
+            echo.held = echo.still = math.nan
 
     def altitude(self, t: float, carried: float, believed: tuple[bool, bool]) -> float:
-        """Return the altitude by a sensor that is believed, m; NaN if there is none."""
+        """Return the altitude by a sensor that is believed, and not in doubt alone, m; NaN if there is none."""
         for echo, good in zip(self.memory, believed, strict=True):
-            if good and t - echo.t <= _RECENT:
+            if good and echo.still != echo.still and t - echo.t <= _RECENT:
                 return echo.now - carried
         return math.nan
 

@@ -177,10 +177,11 @@ class SensorIntegrity:
             self.model.hear_ping(heard.value, t, psi, watch.believed)
             self._ping = (t, *heard.value[:3])
             watch.take(heard)
-        echo.memory.t_ok = t
-        carried = self._vertical.memory.carried
-        if self._altitude.check(1, t, heard.value.altitude, carried, echo, self._sources.altimeter):
+        echo.memory.t_ok, carried, depth = t, self._vertical.memory.carried, self._vertical.depth
+        if self._altitude.check(1, t, heard.value.altitude, carried, depth, echo, self._sources.altimeter):
             echo.take(heard)
+        elif echo.believed and (held := self._altitude.held(1)) == held:
+            echo.substitute(replace(heard, value=heard.value._replace(altitude=held - carried)))
 
     def _catch_up(self, heard: Heard[Dvl], t: float) -> None:
         """Carry the depth by what the velocity changed by since the last ping, which was held until now."""
@@ -196,10 +197,10 @@ class SensorIntegrity:
         watch, carried = self._sources.altimeter, self._vertical.memory.carried
         if not watch.hear(heard, t, self._motion()[:1]):
             return
-        if self._altitude.check(0, t, heard.value, carried, watch, self._sources.dvl_altitude):
+        if self._altitude.check(0, t, heard.value, carried, self._vertical.depth, watch, self._sources.dvl_altitude):
             watch.take(heard)
-        elif watch.believed and self._altitude.held:
-            watch.substitute(replace(heard, value=self._altitude.memory[0].held - carried))
+        elif watch.believed and (held := self._altitude.held(0)) == held:
+            watch.substitute(replace(heard, value=held - carried))
 
     def _hear_pressure(self, heard: Heard[float], t: float) -> None:
         watch, water, vertical = self._sources.pressure, self._water, self._vertical
@@ -239,8 +240,8 @@ class SensorIntegrity:
         return (depth / _DIVED, self.model.speed / _SPED) if known else ()
 
     def _altitude_now(self, t: float) -> float:
-        believed = (self._sources.altimeter.believed, self._sources.dvl_altitude.believed)
-        return self._altitude.altitude(t, self._vertical.memory.carried, believed)
+        sources, carried = self._sources, self._vertical.memory.carried
+        return self._altitude.altitude(t, carried, (sources.altimeter.believed, sources.dvl_altitude.believed))
 
     def _judge(self, t: float, frame: SensorFrame, applied: Applied, known: FilterVelocity | None) -> None:
         """Look at what takes time: silence, recovery, whether what was accused still differs."""

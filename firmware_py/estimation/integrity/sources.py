@@ -175,18 +175,22 @@ class Sources:
         )
 
     def _screened_dvl(self, heard: Heard[Dvl]) -> Heard[Dvl]:
-        """Return a ping of which one half may be used: velocities, or the altitude; the other half is NaN."""
+        """Return a ping of which one half may be used: velocities, or an altitude; the other half is NaN."""
         watch, echo = self.dvl, self.dvl_altitude
         moving = watch.believed and watch.memory.passed
         ranging = echo.believed and echo.memory.passed
         if (moving and ranging) or not heard.ok:
             return heard
+        u, v, w, fom, altitude = heard.value
+        if not ranging:  # a nearer bottom may hold
+            held = echo.memory.held
+            ranging = echo.believed and held.value is not None and held.t_valid == heard.t_valid
+            altitude = held.value.altitude if ranging else math.nan
         if not (moving or ranging):
             return Heard(heard.value, heard.t_valid, False, False)
-        u, v, w, fom, altitude = heard.value
         if not moving:
             u = v = w = math.nan
-        return Heard(Dvl(u, v, w, fom, altitude if ranging else math.nan), heard.t_valid, heard.fresh, True)
+        return Heard(Dvl(u, v, w, fom, altitude), heard.t_valid, heard.fresh, True)
 
     def freeze(self) -> tuple[tuple[SourceMemory, ...], int, SensorHealth]:
         """Return the whole memory."""

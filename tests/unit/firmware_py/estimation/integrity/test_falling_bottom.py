@@ -61,7 +61,7 @@ def test_a_pressure_that_the_bottom_alone_speaks_for_is_used_for_3_m_and_then_th
 
 
 def test_so_it_is_without_dvl_by_propeller_and_pitch() -> None:
-    seen = list(voyage(110.0, followed(1.0, blind=True), dive=DIVE))
+    seen = list(voyage(110.0, followed(0.8, blind=True), dive=DIVE))
     told = undecided(seen)
     assert told.z - START < 6.0
     assert told.depth_corrected == pytest.approx(told.z, abs=0.5)
