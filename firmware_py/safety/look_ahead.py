@@ -14,15 +14,15 @@ _ANSWERS = 1.0
 """A dive goes on steepening for so long, s, before the planes answer."""
 
 
-def too_low(c: Conditions, p: SafetyParams) -> bool:
-    """Return whether the bottom is too near, or will be before the vehicle pulls up, climbs away, or stops."""
+def altitude_reached(c: Conditions, p: SafetyParams) -> float:
+    """Return the altitude, m, to which it comes before it pulls up, climbs away, or stops; below 0: it runs aground."""
     slope, pull_up = c.slope + c.rise_slope, 0.0
     if not c.faults.plane:
         by_hand = c.wanted is Mode.MANUAL
         pull_up = _dive_left(c, p, slope, p.altitude_time) if by_hand else c.left.pull_up(slope)
     nearer = max(0.0, c.z_dot + c.rise) * p.altitude_ahead
     stops = c.too_steep * p.stop_time
-    return c.altitude - max(nearer, pull_up) - stops < p.altitude_min  # a dive ends, and a climb begins, later
+    return c.altitude - max(nearer, pull_up) - stops  # a dive ends, and a climb begins, later
 
 
 def _dive_left(c: Conditions, p: SafetyParams, slope: float, time: float) -> float:

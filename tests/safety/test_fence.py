@@ -218,14 +218,14 @@ def test_a_place_that_is_not_known_breaks_no_fence() -> None:
 def test_deeper_than_the_depth_limit_it_surfaces_from_every_mode_and_nobody_arms(mode: Mode) -> None:
     vehicle = SupervisedVehicle()
     assert vehicle.tick(ARM, z=PARAMS.depth_max + 0.01) is Mode.DISARMED
-    assert vehicle.events == ("arming refused: depth 30.01 m, limit 30 m",)
+    assert vehicle.events == ("arming refused: depth comes to 30.01 m, limit 30 m",)
     vehicle.tick(ARM)
     vehicle.tick(type(ARM)(mode=mode))
     assert vehicle.tick(z=PARAMS.depth_max) is mode
     for _ in range(30):  # depth_max_time: one false sample is no reason
         assert vehicle.tick(z=PARAMS.depth_max + 0.01) is mode
     assert vehicle.tick(z=PARAMS.depth_max + 0.01) is Mode.SURFACE
-    assert vehicle.events == (f"{mode.name} -> SURFACE: depth 30.01 m, limit 30 m",)
+    assert vehicle.events == (f"{mode.name} -> SURFACE: depth comes to 30.01 m, limit 30 m",)
 
 
 def test_a_vehicle_that_has_returned_surfaces_and_its_mission_is_not_done() -> None:

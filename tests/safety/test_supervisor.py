@@ -244,8 +244,8 @@ REFUSALS: list[tuple[str, dict[str, Any], dict[str, Any]]] = [
     ("fin", {}, {"fins": (Heard(0.0, 0.0, True, True),) * 3 + (Heard(math.nan, 0.0, True, True),)}),
     ("rolled", {"eta": STATE.eta._replace(phi=-0.79)}, {}),
     ("rolled", {"eta": STATE.eta._replace(theta=0.79)}, {}),
-    ("depth 31.00 m", {"z": 31.0}, {}),
-    ("altitude 1.00 m", {"altitude": 1.0}, {}),
+    ("depth comes to 31.00 m", {"z": 31.0}, {}),
+    ("altitude comes to 1.00 m", {"altitude": 1.0}, {}),
 ]
 
 
@@ -469,7 +469,7 @@ def test_the_most_severe_rule_wins_and_further_reasons_are_told_once() -> None:
 def test_an_order_never_wins_over_a_rule() -> None:
     vehicle = sailing(Mode.HOLD, AT_ONCE)
     assert vehicle.tick(Order(mode=Mode.MISSION), z=31.0) is Mode.SURFACE
-    assert vehicle.events == ("HOLD -> SURFACE: depth 31.00 m, limit 30 m",)
+    assert vehicle.events == ("HOLD -> SURFACE: depth comes to 31.00 m, limit 30 m",)
 
 
 def test_frozen_and_thawed_it_goes_on_the_same() -> None:

@@ -30,8 +30,8 @@ def test_over_a_bottom_that_rises_it_climbs_away_or_stops(flown: Flights, rise: 
     bottom = np.clip(FLAT - rise * (truth["eta.x"] - FOOT), TOP, FLAT)
     assert (bottom - truth["eta.z"]).min() > 0.9, outcome.reason
     assert truth["eta.z"][-1] < 0.6
-    causes = [event.cause for _, events in log.events for event in events]
-    assert Cause.ALTITUDE_LIMIT in causes
+    told = [event.numbers for _, events in log.events for event in events if event.cause is Cause.ALTITUDE_LIMIT]
+    assert told[0][0] < told[0][1] == 2.0  # not the altitude of now
     assert log.columns["applied.drop"].any() == drops
 
 
