@@ -25,6 +25,11 @@ def altitude_reached(c: Conditions, p: SafetyParams) -> float:
     return c.altitude - max(nearer, pull_up) - stops  # a dive ends, and a climb begins, later
 
 
+def too_low(c: Conditions, p: SafetyParams) -> bool:
+    """Return whether the bottom is too near, or will be."""
+    return altitude_reached(c, p) < p.altitude_min
+
+
 def _dive_left(c: Conditions, p: SafetyParams, slope: float, time: float) -> float:
     """Return how much deeper SURFACE gets, m, from a dive by hand of `slope`, rad, which is seen for `time`, s.
 

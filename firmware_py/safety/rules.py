@@ -27,7 +27,7 @@ from firmware_py.records.health import HEADING_FAULTS, SourceFault, SourceHealth
 from firmware_py.records.order import Mode
 from firmware_py.safety.action import MODE_OF, safer
 from firmware_py.safety.conditions import Conditions, Faulty
-from firmware_py.safety.look_ahead import altitude_reached, depth_reached
+from firmware_py.safety.look_ahead import altitude_reached, depth_reached, too_low
 from firmware_py.safety.safety_params import SafetyParams
 
 __all__ = ["ARMING", "RULES", "Conditions", "Reason", "Rule", "SafetyParams", "safer", "surely_under_water"]
@@ -208,8 +208,8 @@ RULES: tuple[Rule, ...] = (
     # Where it is, and how it lies there.
     Rule(Cause.DEPTH_LIMIT,      lambda c, p: depth_reached(c, p) > p.depth_max, "depth_max_time", "depth_max_action",
          lambda c, p: (depth_reached(c, p), p.depth_max)),
-    Rule(Cause.ALTITUDE_LIMIT,   lambda c, p: altitude_reached(c, p) < p.altitude_min,
-         "altitude_time", "altitude_action", lambda c, p: (altitude_reached(c, p), p.altitude_min)),
+    Rule(Cause.ALTITUDE_LIMIT,   too_low, "altitude_time", "altitude_action",
+         lambda c, p: (altitude_reached(c, p), p.altitude_min)),
     Rule(Cause.FENCE,            lambda c, _: c.breach != WITHIN and not c.returning, "fence_time", "fence_action",
          lambda c, _: (float(c.breach),)),
     Rule(Cause.PITCH,            lambda c, p: c.pitch > _pitch_limit(c, p), "pitch_time", "pitch_action",

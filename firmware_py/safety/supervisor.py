@@ -33,7 +33,7 @@ from firmware_py.safety.health_events import (
     sensor_events,
     weight_events,
 )
-from firmware_py.safety.look_ahead import altitude_reached
+from firmware_py.safety.look_ahead import too_low
 from firmware_py.safety.mode_orders import DISARMS, mode_chosen, mode_ordered
 from firmware_py.safety.plane_jam import Planes
 from firmware_py.safety.rules import Reason, SafetyParams
@@ -269,8 +269,7 @@ class Supervisor:
             self.events += tuple([replace(event, asker=asker) for event in told])
         if mode is Mode.SURFACE:
             jam = self._planes.jam(seen.actuators.fins, seen.frame.fins, seen.actuators.left)
-            too_low = altitude_reached(c, self._params) < self._params.altitude_min
-            view = view_of(seen.tick, seen.state, jam, weight, c, too_low)
+            view = view_of(seen.tick, seen.state, jam, weight, c, too_low(c, self._params))
             ascent, told = self._ascent.update(ascent, view)
             self.events += told
         return ascent

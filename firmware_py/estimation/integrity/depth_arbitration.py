@@ -92,6 +92,10 @@ class Entry(NamedTuple):
     hull: float
     t: float
 
+    def blind_since(self, then: Entry) -> bool:
+        """Return whether it was carried without DVL since `then`, for longer than is left out."""
+        return self.blind - then.blind > _BLIND
+
 
 def arbitrate(
     now: Entry, then: Entry, history: Sequence[Entry], window: int, model_limit: float, doubted: bool = False
@@ -108,7 +112,7 @@ def arbitrate(
             pitch alone convict it.
     """
     change = now.residual - then.residual
-    blind = now.blind - then.blind > _BLIND
+    blind = now.blind_since(then)
     wrong = bottom_says(now, then, history, window)
     if wrong is Accused.CARRIED and not doubted:
         return Accused.NOBODY if blind else wrong  # eddies carry what no model knows
@@ -131,7 +135,7 @@ def arbitrate(
 
 def bottom_says(now: Entry, then: Entry, history: Sequence[Entry], window: int) -> Accused:
     """Return which of pressure and carried depth left a flat bottom; NOBODY if that is not known. See `arbitrate`."""
-    if not _flat(history, window, now.residual - then.residual, now.blind - then.blind > _BLIND):
+    if not _flat(history, window, now.residual - then.residual, now.blind_since(then)):
         return Accused.NOBODY
     by_carried = abs(now.altitude + now.carried - then.altitude - then.carried)
     by_pressure = abs(now.altitude + now.depth - then.altitude - then.depth)

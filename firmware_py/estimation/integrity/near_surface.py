@@ -10,8 +10,6 @@ from firmware_py.estimation.integrity.wander import wanders
 
 _AFLOAT, _AFLOAT_BLIND = 0.05, 0.07
 """Near the surface a carried depth may sink so fast beside the pressure, m/s, with DVL and without."""
-_BLIND = 0.3
-"""So much longer without DVL, s, and it was carried without."""
 
 
 class Sinking(NamedTuple):
@@ -25,6 +23,6 @@ def judge(now: Entry, then: Entry, params: IntegrityParams, unsteady: float, exa
     """Compare two entries near the surface; `unsteady` is as in `VerticalCheckMemory`, `exact` as in its `check`."""
     sank, time = then.residual - now.residual, now.t - then.t
     slack, least = _AFLOAT * time, params.depth_step
-    if now.blind - then.blind > _BLIND:
+    if now.blind_since(then):
         slack, least = _AFLOAT_BLIND * time, params.depth_blind_20s + (0.0 if exact else wanders(unsteady)[0])
     return Sinking(sank <= slack, sank > slack + least and now.depth + sank >= params.surface)

@@ -261,7 +261,7 @@ class VerticalCheck:
                 break
             then = history[-min(window, size)]
             change = now.residual - then.residual
-            if now.blind - then.blind > 0.3:
+            if now.blind_since(then):
                 limit = max(self._params.depth_blind, wander_5s(memory.unsteady))
                 if window > _WINDOWS[0]:
                     break

@@ -20,8 +20,6 @@ _SHARE = 0.98
 """The least steady minute counts, and by this share less at each look, every 5 s: half after 3 minutes."""
 _WINDOWS = (80, 240)
 """Entries of the history over which pressure is compared with pitch and speed alone: 20 and 60 s."""
-_BLIND = 0.3
-"""So much longer without DVL, s, and a window counts as carried without it."""
 _LAG, _EVERY = 20, 4
 """Entries of the history in 5 s; of so many one is looked at."""
 
@@ -64,7 +62,7 @@ def wandered(
         entries = min(window, size)
         then = history[-entries]
         change = now.residual - then.residual
-        if now.blind - then.blind <= _BLIND or abs(change) <= floor:
+        if not now.blind_since(then) or abs(change) <= floor:
             continue
         if abs(change) > floor + wander:
             if cleared:

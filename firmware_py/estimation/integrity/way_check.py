@@ -135,22 +135,21 @@ class WayCheck:
         m, since, self.wrong_since = self.memory, t - self.memory.t, math.nan
         if silent:
             m.lies = 0.0
+        known = Wrong.FIXES if m.lies else Wrong.NOBODY
         if since > _GAP:
             m.began, m.known = t, None
         if since > _GAP or not m.entries:
             m.latitude, m.longitude, m.entries, m.blind = fix.latitude, fix.longitude, (), False
             m.north = m.east = m.through_n = m.through_e = m.ahead_n = m.ahead_e = 0.0
         elif since < _APART:
-            return Wrong.FIXES if m.lies else Wrong.NOBODY
+            return known
         m.t = t
         north = (fix.latitude - m.latitude) * EARTH_RADIUS
         east = wrap(fix.longitude - m.longitude) * EARTH_RADIUS * math.cos(m.latitude)
         left = north - m.north, east - m.east, north - m.through_n, east - m.through_e
         way = m.north, m.east, m.ahead_n, m.ahead_e
         m.entries = (*m.entries[1 - _ENTRIES :], Entry(t, fix.std, *left, *way))
-        enough = len(m.entries) >= _ENOUGH
-        wrong = self._judge(compare(m.entries), min(since, _GAP), sound) if enough else Wrong.NOBODY
-        return Wrong.FIXES if m.lies else wrong
+        return self._judge(compare(m.entries), min(since, _GAP), sound) if len(m.entries) >= _ENOUGH else known
 
     def _judge(self, c: Comparison, dt: float, sound: bool) -> Wrong:
         """Return who is wrong, dt, s, after the fix before, and remember what follows from it."""

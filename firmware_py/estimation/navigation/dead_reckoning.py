@@ -60,8 +60,6 @@ _RUN = 10.0
 """Fixes further apart than this, s, are no run: what moved the vehicle in between is another thing."""
 _CARRIED_SPEED = 3.0
 """Faster than this no vehicle is carried at the surface, m/s."""
-
-
 _KEPT = 40
 """By what so many fixes have moved the position is kept,"""
 _KEPT_APART = 0.9
