@@ -158,7 +158,7 @@ def test_a_vehicle_that_a_rule_surfaces_has_not_completed_its_mission_and_the_ru
     ground.write(cycle(mode=Mode.DISARMED, events=(changed(Mode.DISARMED, Cause.SURFACED),)))
     assert (ground.completion.done, ground.completion.completed) == (True, False)
     assert ground.completion.surfaced
-    assert ground.completion.reason == "surfaced safely because of a rule: depth 7.00 m, limit 7 m"
+    assert ground.completion.reason == "surfaced safely because of a rule: depth comes to 7.00 m, limit 7 m"
 
 
 def test_a_weight_that_it_cost_is_told():
