@@ -80,7 +80,7 @@ def main() -> None:
     udp = _frame(UDP)
     parts["bus_us_per_frame"] = {"virtual": frame, UDP: udp, "udp_over_virtual": round(udp / frame, 2)}
     parts["sitl_udp"]["speed_up_over_one_process"] = round(parts["sitl_udp"]["speed_up"] / flight["speed_up"], 2)
-    print(json.dumps({"sitl": flight, **parts}, indent=2))
+    print(json.dumps({"python": sys.version, "sitl": flight, **parts}, indent=2))
 
 
 def _flight(path: Path) -> dict[str, Any]:
