@@ -30,8 +30,10 @@ def encode(memory: Any) -> bytes:
     Raises:
         ValueError: something in it is no data.
     """
+    content = io.BytesIO()
     try:
-        return pickle.dumps(memory, protocol=5)
+        _Writer(content, protocol=5).dump(memory)
+        return content.getvalue()
     except (pickle.PicklingError, AttributeError, TypeError, RecursionError) as error:
         raise ValueError(f"the memory cannot be kept ({error})") from None
 
@@ -46,6 +48,12 @@ def decode(content: bytes) -> Any:
         return _Reader(io.BytesIO(content)).load()
     except _DAMAGED as error:
         raise ValueError(f"the memory of its begin cannot be read ({error})") from None
+
+
+class _Writer(pickle.Pickler):
+    def reducer_override(self, obj: Any) -> Any:
+        """Write an enumeration by its value: Python 3.11.0 to 3.11.3 would call `getattr`, which no reader does."""
+        return (type(obj), (obj.value,)) if isinstance(obj, enum.Enum) else NotImplemented
 
 
 class _Reader(pickle.Unpickler):
