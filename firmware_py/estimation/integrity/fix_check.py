@@ -11,7 +11,7 @@ from firmware_py.estimation.integrity.sources import Sources
 from firmware_py.estimation.integrity.vertical_check import VerticalCheck
 from firmware_py.estimation.integrity.way_arbitration import Wrong
 from firmware_py.estimation.integrity.way_check import WayCheck
-from firmware_py.marine import EARTH_RADIUS, wrap
+from firmware_py.marine import Origin, geodetic_to_local
 from firmware_py.records.health import SourceFault
 from firmware_py.records.sensing import Fix, Heard
 
@@ -26,6 +26,7 @@ _DRIFTS, _DRIFTS_BLIND, _DRIFTS_UNKNOWN = 0.15, 0.4, 2.0
 under way, three times navigation's sigma), without, and where nothing tells of the motion."""
 _CARRIED_AGE = 0.3
 """What was carried on last longer ago, s, is not carried on."""
+_NULL_ISLAND = Origin(0.0, 0.0)
 
 
 @dataclass(slots=True)
@@ -38,11 +39,9 @@ class FixCheckMemory:
     """
 
     t: float = -math.inf
-    latitude: float = 0.0
-    longitude: float = 0.0
+    last: Origin = _NULL_ISLAND
     t_used: float = -math.inf
-    used_latitude: float = 0.0
-    used_longitude: float = 0.0
+    used: Origin = _NULL_ISLAND
     agreed: int = 0
     impossible: bool = False
     drifted: float = 0.0
@@ -64,20 +63,20 @@ class FixCheck:
         self._sigmas, self._deepest, self._surface = sigmas, deepest, surface
         self.memory = FixCheckMemory()
 
-    def hear(self, heard: Heard[Fix], t: float, sources: Sources, vertical: VerticalCheck, way: WayCheck) -> bool:
-        """Take a fix at t, s; return whether `way` has found those before it wrong just now."""
+    def hear(self, heard: Heard[Fix], t: float, sources: Sources, vertical: VerticalCheck, way: WayCheck) -> float:
+        """Take a fix at t, s; return since when those before it were wrong, s, if `way` has just found it, else NaN."""
         watch, silent, dvl = sources.fix, t - self.memory.t > _RECENT, sources.dvl.health
         depth = vertical.depth if sources.pressure.health.believed else math.nan
         if not (watch.hear(heard, t) and self.check(heard, t, depth, vertical.depth, watch)):
-            return False
+            return math.nan
         watch.take(heard)
         vertical.float_up()
-        wrong = way.hear(heard.value, t, silent, dvl.believed or dvl.fault is SourceFault.CONTRADICTED)
+        wrong, since = way.hear(heard.value, t, silent, dvl.believed or dvl.fault is SourceFault.CONTRADICTED)
         if wrong is Wrong.DVL:
             sources.dvl.accuse(SourceFault.CONTRADICTED, t)
         elif wrong is Wrong.FIXES:
             watch.accuse(SourceFault.CONTRADICTED, t)
-        return not math.isnan(way.wrong_since)
+        return since
 
     def drift(self, t: float, pressure: bool, vertical: VerticalCheck) -> bool:
         """Take note that it is t, s, with a good pressure or without; return whether `vertical` has the vehicle deep.
@@ -112,17 +111,16 @@ class FixCheck:
             watch: of the receiver.
         """
         memory = self.memory
-        latitude, longitude, _ = heard.value
-        before = memory.t
-        agrees = t - before <= _RECENT and self._near(heard.value, t - before, memory.latitude, memory.longitude)
-        memory.t, memory.latitude, memory.longitude = t, latitude, longitude
+        here, before = Origin(heard.value.latitude, heard.value.longitude), memory.t
+        agrees = t - before <= _RECENT and self._near(heard.value, t - before, memory.last)
+        memory.t, memory.last = t, here
         if self._is_impossible(depth, carried, t - before):
             watch.accuse(SourceFault.IMPOSSIBLE, t)
             return False
         if t - before > _RECENT:
             memory.agreed = 0
         if memory.agreed:
-            near = self._near(heard.value, t - memory.t_used, memory.used_latitude, memory.used_longitude)
+            near = self._near(heard.value, t - memory.t_used, memory.used)
             if not near and (memory.agreed >= _STEADY or not agrees):
                 if watch.refuse(t) > 2:
                     watch.accuse(SourceFault.STEP, t)
@@ -133,13 +131,12 @@ class FixCheck:
         else:
             watch.hold()
             return False
-        memory.t_used, memory.used_latitude, memory.used_longitude = t, latitude, longitude
+        memory.t_used, memory.used = t, here
         return True
 
-    def _near(self, fix: Fix, age: float, latitude: float, longitude: float) -> bool:
-        north = (fix.latitude - latitude) * EARTH_RADIUS
-        east = wrap(fix.longitude - longitude) * EARTH_RADIUS * math.cos(latitude)
-        return math.hypot(north, east) <= self._sigmas * math.sqrt(2.0) * fix.std + _SPEED * age
+    def _near(self, fix: Fix, age: float, before: Origin) -> bool:
+        way = math.hypot(*geodetic_to_local(before, fix.latitude, fix.longitude))
+        return way <= self._sigmas * math.sqrt(2.0) * fix.std + _SPEED * age
 
     def freeze(self) -> FixCheckMemory:
         """Return the whole memory."""

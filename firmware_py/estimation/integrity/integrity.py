@@ -229,9 +229,9 @@ class SensorIntegrity:
             self.correction = self.correction._replace(depth=depth)
 
     def _hear_fix(self, heard: Heard[Fix], t: float) -> None:
-        way = self._velocity.way
-        if self._fixes.hear(heard, t, self._sources, self._vertical, way):
-            self.correction = self.correction._replace(fixes=way.wrong_since)
+        since = self._fixes.hear(heard, t, self._sources, self._vertical, self._velocity.way)
+        if not math.isnan(since):
+            self.correction = self.correction._replace(fixes=since)
 
     def _motion(self) -> tuple[float, ...]:
         """Return depth and speed through the water, as `SourceWatch.hear` takes them; empty where nothing moves."""

@@ -20,6 +20,7 @@ from __future__ import annotations
 import copy
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from firmware_py.estimation.integrity.way_arbitration import (
     MARGIN,
@@ -31,7 +32,7 @@ from firmware_py.estimation.integrity.way_arbitration import (
     is_absurd_blind,
 )
 from firmware_py.estimation.navigation.velocity import HullVelocity
-from firmware_py.marine import EARTH_RADIUS, wrap
+from firmware_py.marine import Origin, geodetic_to_local, wrap
 from firmware_py.records.sensing import Dvl, Fix
 
 _ENTRIES, _ENOUGH = 30, 12
@@ -52,17 +53,18 @@ _TOLD = 0.9
 _TURNED = 1.0
 """On a heading that is farther from that at the surface, rad, a lie that turns with the hull is told from fixes that
 walked off."""
+_NULL_ISLAND = Origin(0.0, 0.0)
 
 
 @dataclass(slots=True)
 class WayCheckMemory:
     """What is remembered.
 
-    `t` is when a fix was heard last, s; `latitude` and `longitude` are of the first, rad. `north` and `east` are the
-    way since by DVL and heading, m, `through_n` and `through_e` that through the water, `ahead_n` and `ahead_e` for how
-    long it has headed there, s; `entries` are of the fixes. `lie` is how far the DVL was wrong, m/s, 0 once it is
-    believed again. When it was convicted, its u was too high by `lie_ahead`, m/s, on the heading `psi`, rad; fixes left
-    its way by `off_n` and `off_e`, m/s, and told the current `current_n` and `current_e`, m/s.
+    `t` is when a fix was heard last, s; `origin` is where the first was. `north` and `east` are the way since by DVL
+    and heading, m, `through_n` and `through_e` that through the water, `ahead_n` and `ahead_e` for how long it has
+    headed there, s; `entries` are of the fixes. `lie` is how far the DVL was wrong, m/s, 0 once it is believed again.
+    When it was convicted, its u was too high by `lie_ahead`, m/s, on the heading `psi`, rad; fixes left its way by
+    `off_n` and `off_e`, m/s, and told the current `current_n` and `current_e`, m/s.
     `began` is when the fixes began to come, `blind` whether there was no ping since; `known` is the current that DVL
     and fixes agreed upon since. `lies` is how far fixes were wrong, m/s, 0 once they are believed again, `lied_at` the
     speed over the ground then. `doubt` is what the position may be off by, m, for which it was undecided last at
@@ -70,8 +72,7 @@ class WayCheckMemory:
     """
 
     t: float = -math.inf
-    latitude: float = 0.0
-    longitude: float = 0.0
+    origin: Origin = _NULL_ISLAND
     north: float = 0.0
     east: float = 0.0
     through_n: float = 0.0
@@ -95,13 +96,18 @@ class WayCheckMemory:
     t_doubt: float = -math.inf
 
 
+class Finding(NamedTuple):
+    """Who is wrong; since when fixes were, s, if the last one has just shown it, else NaN."""
+
+    wrong: Wrong
+    since: float = math.nan
+
+
 class WayCheck:
     """Carries both ways on and compares them with fixes."""
 
     def __init__(self) -> None:
         self.memory = WayCheckMemory()
-        self.wrong_since = math.nan
-        """Since when fixes were wrong, s, if the last one has just shown it."""
 
     def carry(
         self, dt: float, psi: float, theta: float, ping: tuple[float, float] | None, hull: HullVelocity | None
@@ -127,42 +133,42 @@ class WayCheck:
         m.ahead_n += dt * c
         m.ahead_e += dt * s
 
-    def hear(self, fix: Fix, t: float, silent: bool = False, sound: bool = True) -> Wrong:
+    def hear(self, fix: Fix, t: float, silent: bool = False, sound: bool = True) -> Finding:
         """Take a fix at the time t, s, and return who is wrong by the fixes up to it.
 
         A receiver that was `silent` before is another one; only a DVL that is else `sound` convicts it.
         """
-        m, since, self.wrong_since = self.memory, t - self.memory.t, math.nan
+        m, since = self.memory, t - self.memory.t
         if silent:
             m.lies = 0.0
-        known = Wrong.FIXES if m.lies else Wrong.NOBODY
+        known = Finding(Wrong.FIXES if m.lies else Wrong.NOBODY)
         if since > _GAP:
             m.began, m.known = t, None
         if since > _GAP or not m.entries:
-            m.latitude, m.longitude, m.entries, m.blind = fix.latitude, fix.longitude, (), False
+            m.origin, m.entries, m.blind = Origin(fix.latitude, fix.longitude), (), False
             m.north = m.east = m.through_n = m.through_e = m.ahead_n = m.ahead_e = 0.0
         elif since < _APART:
             return known
         m.t = t
-        north = (fix.latitude - m.latitude) * EARTH_RADIUS
-        east = wrap(fix.longitude - m.longitude) * EARTH_RADIUS * math.cos(m.latitude)
+        north, east = geodetic_to_local(m.origin, fix.latitude, fix.longitude)
         left = north - m.north, east - m.east, north - m.through_n, east - m.through_e
         way = m.north, m.east, m.ahead_n, m.ahead_e
         m.entries = (*m.entries[1 - _ENTRIES :], Entry(t, fix.std, *left, *way))
         return self._judge(compare(m.entries), min(since, _GAP), sound) if len(m.entries) >= _ENOUGH else known
 
-    def _judge(self, c: Comparison, dt: float, sound: bool) -> Wrong:
+    def _judge(self, c: Comparison, dt: float, sound: bool) -> Finding:
         """Return who is wrong, dt, s, after the fix before, and remember what follows from it."""
         m = self.memory
         if m.blind and not m.lies:
-            return self._doubt(math.hypot(c.current_n, c.current_e), dt) if is_absurd_blind(c) else Wrong.NOBODY
+            absurd = is_absurd_blind(c)
+            return self._doubt(math.hypot(c.current_n, c.current_e), dt) if absurd else Finding(Wrong.NOBODY)
         long = len(m.entries) == _ENTRIES and not m.blind
         if long and c.off < MARGIN * m.lie and c.straight > _TOLD * c.time:
             m.lie = 0.0
         if long and c.off < MARGIN * m.lies and c.way > _SHOWS * m.lied_at * c.time:
             m.lies = 0.0
         if m.lies:
-            return Wrong.FIXES
+            return Finding(Wrong.FIXES)
         wrong = arbitrate(c, m.known)
         if wrong is Wrong.NOBODY:
             if long and c.off < _AGREE:
@@ -170,23 +176,24 @@ class WayCheck:
             if m.t_doubt < m.began:
                 m.doubt = 0.0
         elif wrong is Wrong.UNDECIDED or (wrong is Wrong.FIXES and (m.lie or not sound)):
-            return Wrong.NOBODY if m.lie or not sound else self._doubt(c.off, dt)  # it is known who is wrong
+            known = m.lie or not sound
+            return Finding(Wrong.NOBODY) if known else self._doubt(c.off, dt)
         elif wrong is Wrong.DVL:
             m.doubt = 0.0
             if m.lie == 0.0 or c.straight > _TOLD * c.time:
                 m.lie, m.lie_ahead, m.psi = c.off, -c.along, math.atan2(c.ahead_e, c.ahead_n)
                 m.off_n, m.off_e, m.current_n, m.current_e = c.off_n, c.off_e, c.current_n, c.current_e
         else:
-            self.wrong_since = m.t - c.time
             m.lies, m.lied_at, m.doubt = c.off, c.way / c.time, 0.0
-        return wrong
+            return Finding(Wrong.FIXES, since=m.t - c.time)
+        return Finding(wrong)
 
-    def _doubt(self, off: float, dt: float) -> Wrong:
+    def _doubt(self, off: float, dt: float) -> Finding:
         """Take note that for dt, s, two witnesses went apart by `off`, m/s."""
         m = self.memory
         m.doubt += off * dt
         m.t_doubt = m.t
-        return Wrong.UNDECIDED
+        return Finding(Wrong.UNDECIDED)
 
     def still_wrong(self, ping: Dvl, psi: float, hull: HullVelocity | None) -> bool:
         """Return whether a DVL that was wrong tells, under the heading psi, rad, of a current as far from the true one.

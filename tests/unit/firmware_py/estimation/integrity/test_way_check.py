@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from firmware_py.estimation.integrity.way_arbitration import Wrong
 from firmware_py.estimation.integrity.way_check import WayCheck
 from firmware_py.estimation.navigation.velocity import Current, HullVelocity
-from firmware_py.marine import EARTH_RADIUS
+from firmware_py.marine import Origin, local_to_geodetic
 from firmware_py.records.sensing import Dvl, Fix
 
 STD, U = 2.5, 1.2
-LATITUDE, LONGITUDE = 0.9, 0.2
+ORIGIN = Origin(0.9, 0.2)
 NOWHERE = Current(0.0, 0.0, math.inf, -math.inf)
 HULL = HullVelocity(U, 0.0, NOWHERE)
 
@@ -56,9 +56,8 @@ def drive(
             walked = max(0.0, t - since)
             fix_n, fix_e = north + walk * walked + off, east + aside * walked
             fix_n, fix_e = fix_n + noise.normal(0.0, std), fix_e + noise.normal(0.0, std)
-            latitude = LATITUDE + fix_n / EARTH_RADIUS
-            longitude = LONGITUDE + fix_e / EARTH_RADIUS / math.cos(LATITUDE)
-            if check.hear(Fix(latitude, longitude, std), t, silent=silent and k == begin * 20) is wrong:
+            fix = Fix(*local_to_geodetic(ORIGIN, fix_n, fix_e), std)
+            if check.hear(fix, t, silent=silent and k == begin * 20).wrong is wrong:
                 first = min(first, t)
         psi = turning * t
         s, c = math.sin(psi), math.cos(psi)
