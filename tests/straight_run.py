@@ -51,6 +51,12 @@ n_rpm = {rpm}
 {_NO_LEARNING}{"".join(orders)}"""
 
 
+def at_rest(duration: float, *orders: str, bottom: float = 40.0, current: tuple[float, float] = (0.0, 0.0)) -> str:
+    """Return a scenario of so many seconds that begins at rest at the surface; arguments as `under_way`."""
+    moving = under_way(duration, 0.0, *orders, bottom=bottom, current=current)
+    return moving.replace("u_m_s = 1.8\nn_rpm = 500.0\n", "")
+
+
 def hold(depth: float, heading: float | None = 0.0) -> str:
     """Return the order to arm and hold a depth, m, and a heading, deg; None is the present one."""
     course = "" if heading is None else f"heading_deg = {heading}\n"

@@ -10,7 +10,7 @@ from sternplane.sitl.flight import FlightRequest, fly, prepare
 
 from firmware_py.records.health import SourceFault
 from firmware_py.records.order import Mode
-from tests.straight_run import hold, mission, under_way
+from tests.straight_run import at_rest, hold, mission
 
 STANDS_STILL = ("freeze:fix@2", "noise:fix.north=1@2.1", "noise:fix.east=1@2.1")
 """It tells of one place for ever, with noise on it."""
@@ -20,11 +20,8 @@ def from_the_surface(
     folder: Path, duration: float, orders: str, *faults: str, current: float = 0.0, seed: int = 1000
 ) -> Log:
     """Fly from rest at the surface, in a current to the north, m/s."""
-    text = (
-        under_way(duration, 0.0, orders, current=(current, 0.0)).replace("u_m_s = 1.8", "").replace("n_rpm = 500.0", "")
-    )
     place = folder / "course.toml"
-    place.write_text(text)
+    place.write_text(at_rest(duration, orders, current=(current, 0.0)))
     fly(prepare(FlightRequest(scenario=str(place), faults=faults, seed=seed), {}), folder / "log.mcap")
     return read(folder / "log.mcap")
 

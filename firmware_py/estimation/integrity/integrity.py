@@ -39,7 +39,7 @@ _STEEP, _ROLLED = math.radians(45.0), math.radians(60.0)
 _BACK = 4
 """What froze, or stepped, is taken back by so many entries of the history of depth."""
 _DIVED, _SPED = 1.0, 0.2
-"""Where depth, m, or speed through the water, m/s, changes by so much, no altimeter and no DVL repeats itself."""
+"""Where depth, m, or speed through the water, m/s, changes by so much, no altimeter, DVL and AHRS repeats itself."""
 _GAP = 0.5
 """Longer than this, s, nothing is carried on from one AHRS report to the next."""
 _PING_AGE = 1.0
@@ -135,7 +135,7 @@ class SensorIntegrity:
 
     def _hear_ahrs(self, heard: Heard[Ahrs], t: float) -> None:
         sources, watch = self._sources, self._sources.ahrs
-        if not watch.hear(heard, t):
+        if not watch.hear(heard, t, (self.model.speed / _SPED,)):
             self._stand_in = None
             return
         before = self._attitude.memory.t
@@ -236,7 +236,7 @@ class SensorIntegrity:
     def _motion(self) -> tuple[float, ...]:
         """Return depth and speed through the water, as `SourceWatch.hear` takes them; empty where nothing moves."""
         depth = self._vertical.depth
-        known = depth == depth and not self._sources.ahrs.memory.repeats
+        known = depth == depth and not self._sources.still
         return (depth / _DIVED, self.model.speed / _SPED) if known else ()
 
     def _altitude_now(self, t: float) -> float:

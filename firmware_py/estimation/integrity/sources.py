@@ -78,9 +78,14 @@ class Sources:
         """Return whether AHRS reports are used; angles that stepped are replaced."""
         return self.ahrs.memory.fault not in (SourceFault.FROZEN, SourceFault.CONTRADICTED)
 
+    @property
+    def still(self) -> bool:
+        """Return whether nothing may move: the AHRS repeats itself, and is not known to be frozen."""
+        return self.ahrs.memory.repeats > 0 and self.ahrs.memory.fault is not SourceFault.FROZEN
+
     def repeats(self, watch: SourceWatch, t: float) -> bool:
         """Return whether a source repeats itself exactly, and not because nothing moves."""
-        return watch.is_exact(t) and not self.ahrs.memory.repeats
+        return watch.is_exact(t) and not self.still
 
     def follow_nodes(self, numbers: Sequence[int]) -> None:
         """Take note of which candidates, a number for each of ROLES, are the sensors, for the bits of their nodes."""

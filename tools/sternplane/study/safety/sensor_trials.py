@@ -215,6 +215,8 @@ def _from_start(
 
 
 _SINKS = "nothing contradicts it until the vehicle has sunk by a metre"
+_RESTS = "it rests until the propeller has driven"
+_ALL_FROZEN = tuple(f"freeze:{sensor}@{{t}}" for sensor in ("ahrs", "pressure", "dvl", "altimeter"))
 _DRIFTS = "as a current along the hull would look, until the vehicle turns or dives"
 START = Group(
     "Sensors: wrong from the start",
@@ -223,7 +225,9 @@ START = Group(
         _from_start(
             "blocked pressure port", ("set:pressure=0@{t}", "noise:pressure=0.02@0.2"), "pressure", _SINKS, NO_DEPTH
         ),
-        _from_start("freeze:dvl from the start", ("freeze:dvl@{t}",), "dvl", "it rests until the propeller has driven"),
+        _from_start("freeze:ahrs from the start", ("freeze:ahrs@{t}",), "ahrs", _RESTS, NO_TILT),
+        _from_start("all frozen from the start", _ALL_FROZEN, "ahrs", _RESTS, NO_TILT, True),
+        _from_start("freeze:dvl from the start", ("freeze:dvl@{t}",), "dvl", _RESTS),
         *(
             _from_start(f"bias:dvl.u={value} from the start", (f"bias:dvl.u={value}@{{t}}",), "dvl", _DRIFTS)
             for value in ("-1.5", "1.5")

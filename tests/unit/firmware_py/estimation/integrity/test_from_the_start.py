@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,9 +11,9 @@ import pytest
 
 from firmware_py.records.command import Applied
 from firmware_py.records.health import SourceFault, SourceState
-from firmware_py.records.sensing import Dvl
+from firmware_py.records.sensing import Dvl, Heard, SensorFrame
 
-from .voyage import Seen, frozen, named, voyage
+from .voyage import APPLIED, Seen, frozen, named, voyage
 
 G = 9806.65
 F = SourceFault
@@ -90,6 +91,27 @@ def test_a_dvl_that_repeats_zeros_on_the_bench_is_no_fault() -> None:
 
 def test_sensors_without_noise_are_believed_on_a_voyage() -> None:
     assert not named(voyage(45.0, noise=0.0))
+
+
+def drives(t: float, frame: SensorFrame) -> SensorFrame:
+    """Let the propeller turn faster from 2 s on."""
+    return replace(frame, n=Heard(APPLIED.n if t < 2.0 else FAST.n, t, True, True))
+
+
+@pytest.mark.parametrize("others", [(), ("pressure",), ("pressure", "dvl")])
+def test_an_ahrs_frozen_at_the_start_is_named_when_the_propeller_has_driven(others: tuple[str, ...]) -> None:
+    """With a frozen pressure beside it nothing was named, and the vehicle dived at its first order."""
+    stuck = {name: frozen(0.0) for name in ("ahrs", *others)}
+    seen = list(voyage(30.0, stuck, start=0.3, dive=LEVEL, change=drives))
+    assert next(s.t for s in seen if s.health.ahrs.fault is F.FROZEN) < 15.0
+    assert seen[-1].health.ahrs.fault is F.FROZEN
+    assert suspects(seen) <= {(name, fault) for name in stuck for fault in (F.FROZEN, F.UNDECIDED)}
+
+
+def test_an_ahrs_that_repeats_itself_on_the_bench_is_no_fault() -> None:
+    still = {"ahrs": frozen(0.0), "dvl": frozen(0.0), "altitude": frozen(0.0), "pressure": frozen(0.0)}
+    seen = list(voyage(30.0, still, speed=0.0, start=0.0, applied=RESTS))
+    assert suspects(seen) == set()
 
 
 def test_an_altimeter_frozen_at_the_start_is_named_in_a_dive_and_not_the_dvl() -> None:
