@@ -14,6 +14,8 @@ from firmware_py.run.usage_error import UsageError
 
 __all__ = ["LOG_FILE", "flight_folder", "numbered_folder", "point_latest", "run_folder"]
 
+_LEFT_BESIDE = ("summary.json", "report.html")
+"""What is left beside a log; it replaces any file, but no folder."""
 _AT_ONCE = 10
 """Flights that begin in one moment find a number each, before it is given up."""
 
@@ -40,11 +42,13 @@ def run_folder(out: Path | None) -> Path:
 def flight_folder(out: Path | None) -> Path:
     """`run_folder` for a log that nothing may overwrite: a new folder in `out` if there is a log in it already.
 
+    So it is where a folder has the name of what is left beside the log.
+
     Raises:
         UsageError: it cannot be made, or not be written.
     """
     folder = run_folder(out)
-    if not os.path.lexists(folder / LOG_FILE):
+    if not os.path.lexists(folder / LOG_FILE) and not any((folder / name).is_dir() for name in _LEFT_BESIDE):
         return folder
     try:
         return _stamped(folder)

@@ -119,6 +119,13 @@ def test_two_flights_in_a_second_have_folders_of_their_own(tmp_path: Path) -> No
     assert len({run_folders.flight_folder(tmp_path) for _ in range(3)}) == 3
 
 
+def test_a_folder_with_the_name_of_the_summary_does_not_cost_the_summary_of_a_flight(tmp_path: Path) -> None:
+    (tmp_path / "summary.json").mkdir()
+    folder = run_folders.flight_folder(tmp_path)
+    assert folder.parent == tmp_path
+    assert not list(folder.iterdir())
+
+
 def test_a_log_that_another_flight_began_in_the_same_second_is_not_overwritten(
     tmp_path: Path, bus_spec: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
