@@ -24,7 +24,7 @@ from sternplane.report.drawing import Plot
 from firmware_py.adapters.kernel_cache import ROOT
 from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.records.event import Cause, Event, EventKind, Severity, event
-from firmware_py.records.health import ActuatorFault
+from firmware_py.records.health import ActuatorFault, SourceFault, SourceState
 from firmware_py.records.order import Mode
 
 
@@ -382,6 +382,14 @@ def test_paths_end_lines_behind_a_slash_and_nothing_is_cut_on_paper(flown: Path)
     assert ".scroll.long:not(:has(.numbers)) { max-height: none; overflow: visible; }" in paper
     assert 'addEventListener("beforeprint", drawForPaper)' in text
     assert '<div class="scroll long">' not in text, "a short table has no box to scroll in"
+
+
+def test_one_warning_tells_of_the_sensors_that_were_not_believed(tmp_path: Path, toy: SimpleNamespace) -> None:
+    log = read(toy.fly(tmp_path / "log.mcap"))
+    for what, value in (("state", SourceState.SUSPECT), ("fault", SourceFault.FROZEN)):
+        log.columns[f"state.sensors.pressure.{what}"] = np.where(np.arange(300) < 50, 0, value).astype(np.int8)
+    (warning,) = re.findall(r'<p class="warning">(.*?)</p>', flight_page.flight_page(log, summarise(log)))
+    assert warning == "Sensors not believed: pressure frozen, from 0.5 s, 2.5 s in all."
 
 
 def test_one_warning_tells_of_all_that_failed_of_fins_and_propeller(tmp_path: Path, toy: SimpleNamespace) -> None:

@@ -218,13 +218,7 @@ def fin_names(header: Mapping[str, Any], count: int) -> list[str]:
 
 def key_figures(health: Mapping[str, Any], end: float) -> list[tuple[str, str]]:
     """Return (label, text) of `HealthRecord.document` for people; empty where all was well; `end` of the log, s."""
-    found = []
-    for name, one in health["sensors"].items():
-        faults = ", ".join(source_fault_text(SourceFault[fault.upper()]) for fault in one["faults_s"])
-        long = one["suspect_s"] + one["lost_s"]
-        found.append(
-            (f"{sensor_text(name)} not believed", f"{faults}, from {one['first_s']:.1f} s, {long:.1f} s in all")
-        )
+    found = [(f"{sensor_text(name)} not believed", faults_text(one)) for name, one in health["sensors"].items()]
     found += [(name, actuator_text(one, end)) for name, one in health["actuators"].items()]
     if health["weight_commanded_s"] is not None and health["weight_released_s"] is None:
         told = "not confirmed" if health["weight_stuck_s"] is None else "but its hardpoint still holds it"
@@ -232,6 +226,12 @@ def key_figures(health: Mapping[str, Any], end: float) -> list[tuple[str, str]]:
     if health["weight_released_s"] is not None:
         found.append(("drop weight released", f"at {health['weight_released_s']:.1f} s"))
     return found
+
+
+def faults_text(one: Mapping[str, Any]) -> str:
+    """Return why a sensor was not believed, since when and for how long, from its entry in the document."""
+    faults = ", ".join(source_fault_text(SourceFault[fault.upper()]) for fault in one["faults_s"])
+    return f"{faults}, from {one['first_s']:.1f} s, {one['suspect_s'] + one['lost_s']:.1f} s in all"
 
 
 def actuator_text(one: Mapping[str, Any], end: float) -> str:

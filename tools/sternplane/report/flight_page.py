@@ -11,9 +11,10 @@ from firmware_py.params import dump, to_toml_value
 from firmware_py.part_name import PartName
 from firmware_py.records.event import Cause, Severity
 from firmware_py.records.event_text import texts
+from firmware_py.records.health_text import sensor_text
 from sternplane.logs import losses
 from sternplane.logs.event_list import listed_events
-from sternplane.logs.health_record import actuator_text
+from sternplane.logs.health_record import actuator_text, faults_text
 from sternplane.logs.run import Run
 from sternplane.logs.summary import Summary
 from sternplane.logs.summary_text import key_figures, left_by_the_fins, outcome, unlogged
@@ -102,11 +103,18 @@ def _losses(summary: Summary) -> Iterator[Section]:
 
 
 def _warnings(log: Run, summary: Summary) -> list[str]:
-    damage = _damage(log, summary)
+    faults = [*_doubts(summary), *_damage(log, summary)]
     if summary["after_log"]:
         part = f"Plots and figures are of a part of the flight alone: {unlogged(summary)}. Events are of all of it."
-        return [part, *damage]
-    return [f"The log is {log.lost}.", *damage] if log.lost else damage
+        return [part, *faults]
+    return [f"The log is {log.lost}.", *faults] if log.lost else faults
+
+
+def _doubts(summary: Summary) -> list[str]:
+    """Return one warning of all sensors that were not believed; none if all were."""
+    sensors = summary["health"]["sensors"].items()
+    told = "; ".join(f"{sensor_text(name)} {faults_text(one)}" for name, one in sensors)
+    return [f"Sensors not believed: {told}."] if told else []
 
 
 def _damage(log: Run, summary: Summary) -> list[str]:
