@@ -12,7 +12,7 @@ from firmware_py.records.command import Applied
 from firmware_py.records.health import ALL_GOOD, GOOD, SourceFault, SourceState
 from firmware_py.records.sensing import Dvl, SensorFrame, never, node_bit
 
-from .voyage import DEG, SPEED, Fault, after, frozen, named, voyage
+from .voyage import DEG, RESTS, SPEED, Fault, after, frozen, named, voyage
 
 G = 9806.65
 SUSPECT, LOST = SourceState.SUSPECT, SourceState.LOST
@@ -69,7 +69,12 @@ def test_a_sound_voyage_names_nothing_and_passes_every_frame_on_as_it_was_heard(
 
 def test_a_vehicle_that_rests_is_sound_whether_its_sensors_have_noise_or_none() -> None:
     for noise in (0.0, 1.0):
-        assert not named(voyage(20.0, noise=noise, speed=0.0, start=0.0))
+        assert not named(voyage(20.0, noise=noise, speed=0.0, start=0.0, applied=RESTS))
+
+
+def test_a_vehicle_that_rests_though_its_propeller_turns_is_sound() -> None:
+    """It is tied up, or has lost its blades."""
+    assert not named(voyage(20.0, speed=0.0, start=0.0))
 
 
 @pytest.mark.parametrize("late", [38.0, 85.0])
@@ -95,7 +100,7 @@ def test_a_sensor_without_noise_may_repeat_its_value_after_it_has_heaved() -> No
     def swell(t: float, value: float) -> float:
         return value + 9806.65 * 0.3 * math.sin(math.tau * min(t, 60.0) / 6.0)
 
-    changes = named(voyage(70.0, {"pressure": swell}, noise=0.0, speed=0.0))
+    changes = named(voyage(70.0, {"pressure": swell}, noise=0.0, speed=0.0, applied=RESTS))
     assert all(health.fault is not F.FROZEN for _, _, health in changes)
 
 

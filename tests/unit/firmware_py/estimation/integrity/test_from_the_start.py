@@ -13,14 +13,13 @@ from firmware_py.records.command import Applied
 from firmware_py.records.health import SourceFault, SourceState
 from firmware_py.records.sensing import Dvl, Heard, SensorFrame
 
-from .voyage import APPLIED, Seen, frozen, named, voyage
+from .voyage import APPLIED, RESTS, Seen, frozen, named, voyage
 
 G = 9806.65
 F = SourceFault
 LEVEL = (90.0, 95.0)
 FAST = Applied((0.0,) * 4, 11.0, True, False)
 """So fast that the model, which begins at rest, is as fast as the voyage when this dives."""
-RESTS = Applied((0.0,) * 4, 0.0, False, False)
 
 
 def suspects(seen: list[Seen]) -> set[tuple[str, SourceFault]]:

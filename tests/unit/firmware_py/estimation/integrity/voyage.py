@@ -29,6 +29,7 @@ ORIGIN = Origin(0.6, -2.1)
 VEHICLE_FILE = Path(__file__).resolve().parents[5] / "configs" / "npsauv2" / "vehicle.toml"
 VEHICLE: Vehicle = load(Vehicle, config_files.read_table(Vehicle, VEHICLE_FILE, {}), "vehicle.toml")
 APPLIED = Applied((0.0,) * 4, 492.0 / 60.0, True, False)
+RESTS = Applied((0.0,) * 4, 0.0, False, False)
 AT_U = FilterVelocity(0.0, SPEED, 0.0, 0.0, 0.0, Current(0.0, 0.0, 0.0, 0.0), (0.0, 0.0), 0.0)
 """What a filter knows of a hull that does SPEED in still water."""
 Fault = Callable[[float, Any], Any]
