@@ -46,6 +46,10 @@ class Origin(NamedTuple):
     longitude: float
 
 
+NULL_ISLAND = Origin(0.0, 0.0)
+"""A place before one is known."""
+
+
 def wrap(angle: float) -> float:
     """Return the equal angle in [-pi, pi), rad."""
     return (angle + math.pi) % math.tau - math.pi

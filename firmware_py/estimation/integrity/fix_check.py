@@ -11,7 +11,7 @@ from firmware_py.estimation.integrity.sources import Sources
 from firmware_py.estimation.integrity.vertical_check import VerticalCheck
 from firmware_py.estimation.integrity.way_arbitration import Wrong
 from firmware_py.estimation.integrity.way_check import WayCheck
-from firmware_py.marine import Origin, geodetic_to_local
+from firmware_py.marine import NULL_ISLAND, Origin, geodetic_to_local
 from firmware_py.records.health import SourceFault
 from firmware_py.records.sensing import Fix, Heard
 
@@ -26,7 +26,6 @@ _DRIFTS, _DRIFTS_BLIND, _DRIFTS_UNKNOWN = 0.15, 0.4, 2.0
 under way, three times navigation's sigma), without, and where nothing tells of the motion."""
 _CARRIED_AGE = 0.3
 """What was carried on last longer ago, s, is not carried on."""
-_NULL_ISLAND = Origin(0.0, 0.0)
 
 
 @dataclass(slots=True)
@@ -39,9 +38,9 @@ class FixCheckMemory:
     """
 
     t: float = -math.inf
-    last: Origin = _NULL_ISLAND
+    last: Origin = NULL_ISLAND
     t_used: float = -math.inf
-    used: Origin = _NULL_ISLAND
+    used: Origin = NULL_ISLAND
     agreed: int = 0
     impossible: bool = False
     drifted: float = 0.0

@@ -39,7 +39,7 @@ _STEEP, _ROLLED = math.radians(45.0), math.radians(60.0)
 _BACK = 4
 """What froze, or stepped, is taken back by so many entries of the history of depth."""
 _DIVED, _SPED = 1.0, 0.2
-"""Where depth, m, or speed through the water, m/s, changes by so much, no altimeter, DVL and AHRS repeats itself."""
+"""Where depth, m, or speed through the water, m/s, changes by so much, no altimeter, DVL or AHRS repeats itself."""
 _GAP = 0.5
 """Longer than this, s, nothing is carried on from one AHRS report to the next."""
 _PING_AGE = 1.0

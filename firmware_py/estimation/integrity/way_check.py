@@ -32,7 +32,7 @@ from firmware_py.estimation.integrity.way_arbitration import (
     is_absurd_blind,
 )
 from firmware_py.estimation.navigation.velocity import HullVelocity
-from firmware_py.marine import Origin, geodetic_to_local, wrap
+from firmware_py.marine import NULL_ISLAND, Origin, geodetic_to_local, wrap
 from firmware_py.records.sensing import Dvl, Fix
 
 _ENTRIES, _ENOUGH = 30, 12
@@ -53,7 +53,6 @@ _TOLD = 0.9
 _TURNED = 1.0
 """On a heading that is farther from that at the surface, rad, a lie that turns with the hull is told from fixes that
 walked off."""
-_NULL_ISLAND = Origin(0.0, 0.0)
 
 
 @dataclass(slots=True)
@@ -72,7 +71,7 @@ class WayCheckMemory:
     """
 
     t: float = -math.inf
-    origin: Origin = _NULL_ISLAND
+    origin: Origin = NULL_ISLAND
     north: float = 0.0
     east: float = 0.0
     through_n: float = 0.0
@@ -176,8 +175,9 @@ class WayCheck:
             if m.t_doubt < m.began:
                 m.doubt = 0.0
         elif wrong is Wrong.UNDECIDED or (wrong is Wrong.FIXES and (m.lie or not sound)):
-            known = m.lie or not sound
-            return Finding(Wrong.NOBODY) if known else self._doubt(c.off, dt)
+            if m.lie or not sound:  # it is known who is wrong
+                return Finding(Wrong.NOBODY)
+            return self._doubt(c.off, dt)
         elif wrong is Wrong.DVL:
             m.doubt = 0.0
             if m.lie == 0.0 or c.straight > _TOLD * c.time:
