@@ -32,16 +32,20 @@ ARM = mavutil.mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 
 
 def frame(t: float, applied: Applied, charge: float) -> SensorFrame:
-    """What the instruments say; fins and propeller are as they were commanded, or they would count as jammed."""
+    """What the instruments say; fins and propeller are as they were commanded, or they would count as jammed.
+
+    Measurements differ a little from one time to the next, or they would count as frozen where the propeller drives.
+    """
+    ripple = 1e-3 * math.sin(1e3 * t)
 
     def heard(value) -> Heard:
         return Heard(value, t, True, True)
 
     return SensorFrame(
-        ahrs=heard(Ahrs(0.05, -0.1, 1.0, 0.0, 0.0, 0.0)),
-        dvl=heard(Dvl(0.5, 0.0, 0.0, 0.01, 20.0)),
-        pressure=heard(101_325.0 + 1000.0 * 9.80665 * 3.0),
-        altitude=heard(20.0),
+        ahrs=heard(Ahrs(0.05 + ripple, -0.1, 1.0, 0.0, 0.0, ripple)),
+        dvl=heard(Dvl(0.5 + ripple, 0.0, 0.0, 0.01, 20.0 + ripple)),
+        pressure=heard(101_325.0 + 1000.0 * 9.80665 * (3.0 + ripple)),
+        altitude=heard(20.0 + ripple),
         fix=heard(Fix(math.radians(36.8), math.radians(-121.8), 1.0)),
         fins=tuple(map(heard, applied.fins)),
         n=heard(applied.n),
