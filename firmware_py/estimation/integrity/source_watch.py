@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from firmware_py.estimation.integrity.channel_watch import ChannelsMemory, ChannelWatch
 from firmware_py.records.health import GOOD, HEADING_FAULTS, SourceFault, SourceHealth, SourceState
 from firmware_py.records.sensing import Heard, never
 
@@ -37,7 +38,7 @@ class SourceMemory:
     last, at `t_bad`, since `t_fault`; `lost` why it is lost, if so. `t_steady` is since when it is heard without gaps;
     `t_withheld` when it was last heard while its node was not believed, `t_back` when it was good again after it was
     lost. `motion` is what others told of the motion when its value was a new one; `refused` how many values were left
-    out one by one.
+    out one by one. `channels` is what its channels' watch remembers, where there is one; only a frozen memory has it.
     """
 
     held: Heard[Any]
@@ -61,6 +62,7 @@ class SourceMemory:
     outliers: float = 0.0
     in_row: int = 0
     refused: int = 0
+    channels: ChannelsMemory | None = None
 
 
 class SourceWatch:
@@ -76,6 +78,7 @@ class SourceWatch:
         steady: float = 0.0,
         gap: float = math.inf,
         late: float = math.inf,
+        channels: int = 0,
     ) -> None:
         """Take the limits.
 
@@ -88,10 +91,12 @@ class SourceWatch:
             steady: one that was lost is heard for so long, s,
             gap: without a longer gap than this, s, before it is good again.
             late: a value that is older than this when it comes, s, is too late.
+            channels: so many of the first numbers of its value are watched, each for itself.
         """
         self._timeout, self._frozen, self._repeats = timeout, frozen, least_repeats
         self._channel, self._out_of_reach = channel, out_of_reach
         self._steady, self._gap, self._late = steady, gap, late
+        self._channels = ChannelWatch(channels, frozen) if channels else None
         self.memory = SourceMemory(never(None))
         self.news = False
         """Whether the health has to be told anew."""
@@ -115,7 +120,9 @@ class SourceWatch:
             self._alive(t)
             self.accuse(SourceFault.LATE, t)
             return False
-        value = heard.value
+        value, channels = heard.value, self._channels
+        if channels is not None and memory.value is not None and channels.hear(value, memory.value, t):
+            self.accuse(SourceFault.FROZEN, t)
         if value != memory.value:
             if memory.value is not None:
                 if memory.repeats and self._frozen < _EXACT:
@@ -264,9 +271,14 @@ class SourceWatch:
 
     def freeze(self) -> SourceMemory:
         """Return the whole memory."""
-        return copy.copy(self.memory)
+        memory = copy.copy(self.memory)
+        if self._channels is not None:
+            memory.channels = self._channels.freeze()
+        return memory
 
     def thaw(self, memory: SourceMemory) -> None:
         """Restore the memory that `freeze` returned."""
         self.memory = copy.copy(memory)
+        if self._channels is not None and memory.channels is not None:
+            self._channels.thaw(memory.channels)
         self.clean = memory.passed and memory.fault is SourceFault.NONE

@@ -34,8 +34,8 @@ class Sources:
     def __init__(self, params: IntegrityParams, navigation: NavigationParams) -> None:
         frozen, slow = params.frozen, params.slow_timeout
         self._recovery, self._start, self._steady = params.recovery, params.start_time, params.steady
-        self.ahrs = self._fast(navigation.attitude.timeout, frozen, 9, 4)
-        self.dvl = self._fast(navigation.velocity.timeout, frozen, 2, 0, _no_lock, params.delay)
+        self.ahrs = self._fast(navigation.attitude.timeout, frozen, 9, 4, channels=6)
+        self.dvl = self._fast(navigation.velocity.timeout, frozen, 2, 0, _no_lock, params.delay, 3)
         self.pressure = self._fast(navigation.depth.timeout, frozen, 4)
         self.altimeter = self._fast(navigation.altitude_timeout, params.altimeter_frozen, 9, None, _no_echo)
         self.fix = SourceWatch(slow, 4.0, 4, 0, _no_fix)
@@ -57,9 +57,10 @@ class Sources:
         channel: int | None = None,
         out_of_reach: Callable[[Any], bool] = lambda _: False,
         late: float = math.inf,
+        channels: int = 0,
     ) -> SourceWatch:
         """Return the watch of a sensor that measures several times in its time-out."""
-        return SourceWatch(timeout, frozen, repeats, channel, out_of_reach, self._steady, 0.5 * timeout, late)
+        return SourceWatch(timeout, frozen, repeats, channel, out_of_reach, self._steady, 0.5 * timeout, late, channels)
 
     @property
     def believed(self) -> tuple[bool, ...]:

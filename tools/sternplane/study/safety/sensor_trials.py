@@ -13,6 +13,7 @@ NO_DEPTH = "without a depth to believe it comes up"
 _NO_BATTERY = "it returns when it has not heard of the battery for half a minute"
 _BOTTOM = "it comes up over a bottom that is too near, and the nearer of two counts"
 _GAPS = "at times nothing comes for as long as the time-out"
+_DEAD = "one channel stays, while the others have noise"
 _STILL = "a steady value may repeat"
 _LOSSY = "one value of ten comes; gaps as long as the time-out are named"
 _NOISY = "it scatters by far more than its noise; it may be named"
@@ -120,6 +121,8 @@ WRONG = Group(
         ),
         Trial("bias:ahrs.q=2", ("bias:ahrs.q=2@{t}",), Named(("ahrs",)), ends=NO_TILT),
         Trial("bias:ahrs.r=2", ("bias:ahrs.r=2@{t}",), Named(("ahrs",)), ends=NO_TILT),
+        Trial("set:ahrs.q=0", ("set:ahrs.q=0@{t}",), Named(("ahrs",), 0.5), _DEAD, NO_TILT, short=True),
+        Trial("set:ahrs.r=0", ("set:ahrs.r=0@{t}",), Named(("ahrs",), 0.5), _DEAD, NO_TILT),
         Trial("bias:dvl.u=1", ("bias:dvl.u=1@{t}",), Named(("dvl",))),
         Trial("bias:dvl.u=-1.5", ("bias:dvl.u=-1.5@{t}",), Named(("dvl",)), short=True),
         Trial("bias:dvl.w=0.5", ("bias:dvl.w=0.5@{t}",), Named(("dvl",))),
@@ -129,6 +132,7 @@ WRONG = Group(
             Named(("dvl",)),
             "by the depth in a dive; level, when no current explains it",
         ),
+        Trial("set:dvl.w=0", ("set:dvl.w=0@{t}",), Named(("dvl",), 3.3), _DEAD),
         Trial("set:dvl.u=9.9", ("set:dvl.u=9.9@{t}",), Named(("dvl",))),
         Trial("bias:pressure=-3", ("bias:pressure=-3@{t}",), Named(("pressure",)), short=True, ends=NO_DEPTH),
         Trial("bias:pressure=3", ("bias:pressure=3@{t}",), Named(("pressure",)), ends=NO_DEPTH),
