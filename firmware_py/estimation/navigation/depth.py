@@ -66,12 +66,16 @@ class DepthParams:
 
 
 class DepthMemory(NamedTuple):
-    """Depth z now, time of validity `t` of the last good reading, the zero (Pa), and whether it may still move."""
+    """Depth z now, time of validity `t` of the last good reading, the zero (Pa), and whether it may still move.
+
+    `drift`, m, is what its 1 sigma has grown by since then beside `lost_std`.
+    """
 
     t: float
     z: float
     zero: float
     zeroing: bool
+    drift: float = 0.0
 
 
 def start(params: DepthParams) -> DepthMemory:
@@ -80,13 +84,20 @@ def start(params: DepthParams) -> DepthMemory:
 
 
 def update(
-    params: DepthParams, memory: DepthMemory, heard: Heard[float], t: float, dt: float, z_dot: float, armed: bool
+    params: DepthParams,
+    memory: DepthMemory,
+    heard: Heard[float],
+    t: float,
+    dt: float,
+    z_dot: float,
+    z_dot_std: float,
+    armed: bool,
 ) -> DepthMemory:
-    """One tick of dt, s, at the vertical velocity z_dot, m/s.
+    """One tick of dt, s, at the vertical velocity z_dot, m/s; its 1 sigma is z_dot_std more than `lost_std`.
 
     The zero rests once the vehicle has been armed: from then on it may float awash, which reads like weather.
     """
-    t_last, z, zero, zeroing = memory
+    t_last, z, zero, zeroing, drift = memory
     zeroing = zeroing and not armed
     z += z_dot * dt
     if is_fresh(heard, t_last, t):
@@ -98,13 +109,14 @@ def update(
                 zero += (gap / (params.tau_zero + gap) if known else 1.0) * (pressure - zero)
             reading = depth_of_pressure(pressure, zero, params.density) + z_dot * (t - heard.t_valid)
             z += (gap / (params.tau + gap) if known else 1.0) * (reading - z)
-            t_last = heard.t_valid
-    elif z < 0.0 and t - t_last > params.timeout:
-        z = 0.0  # it floats; nothing carries it higher
-    return DepthMemory(t_last, z, zero, zeroing)
+            t_last, drift = heard.t_valid, 0.0
+    if t - t_last > params.timeout:
+        z = max(0.0, z)  # it floats; nothing carries it higher
+        drift += z_dot_std * dt
+    return DepthMemory(t_last, z, zero, zeroing, drift)
 
 
 def std(params: DepthParams, memory: DepthMemory, t: float) -> float:
     """1 sigma of z at the time t, m; without pressure it grows, up to the sensor's range."""
     lost = max(0.0, t - memory.t - params.timeout)
-    return min(math.hypot(params.std, params.lost_std * lost), params.range)
+    return min(math.hypot(params.std, params.lost_std * lost + memory.drift), params.range)

@@ -22,6 +22,10 @@ from firmware_py.records.health import ALL_GOOD, HEADING_FAULTS, SensorHealth
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.tick import Tick
 
+_PITCHED = math.sin(math.radians(20.0))
+"""Without an AHRS the hull pitches as it likes: 1 sigma of its vertical velocity, as a part of its speed. A climb that is
+driven by a fixed stern angle takes 20 deg."""
+
 
 @dataclass(frozen=True)
 class NavigationParams:
@@ -119,7 +123,8 @@ class Navigation:
         velocity_std = velocity.std(params.velocity, vel, t)
         _, _, z_dot = body_to_ned(phi, theta, psi, vel.u, vel.v, vel.w)
 
-        dep = depth.update(params.depth, was.depth, frame.pressure, t, dt, z_dot, applied.armed)
+        z_dot_std = 0.0 if attitude_ok else _PITCHED * abs(vel.u)
+        dep = depth.update(params.depth, was.depth, frame.pressure, t, dt, z_dot, z_dot_std, applied.armed)
         depth_ok = t - dep.t <= params.depth.timeout
 
         x, y, walk, drift, *_ = was.position

@@ -122,6 +122,6 @@ def test_the_zero_is_an_average() -> None:
     memory = depth.start(params)
     for i in range(200):  # 20 Hz, +-100 Pa about 500 Pa of weather
         reading = Heard(101325.0 + 500.0 + (100.0 if i % 2 else -100.0), i * 0.05, True, True)
-        memory = depth.update(params, memory, reading, i * 0.05, 0.05, 0.0, armed=False)
+        memory = depth.update(params, memory, reading, i * 0.05, 0.05, 0.0, 0.0, armed=False)
     assert memory.zero == pytest.approx(101825.0, abs=5.0)
     assert memory.z == pytest.approx(0.0, abs=0.002)

@@ -317,6 +317,25 @@ def test_sigma_of_the_depth_grows_from_the_time_out_up_to_the_range() -> None:
     assert stds[4] == 500.0
 
 
+def test_sigma_of_the_depth_covers_a_climb_that_nothing_aboard_can_see() -> None:
+    """Without pressure and AHRS it climbed from 27 m to the surface, and was said to be in 25 m, 1 sigma 3 m."""
+
+    def climbing(t: Any) -> tuple[Any, ...]:
+        nil = 0.0 * t
+        return nil, np.where(t < 10.0, 0.0, math.radians(20.0)), nil, 1.5 + nil, nil, nil
+
+    def blind(k: int, frame: SensorFrame) -> SensorFrame:
+        if k < 900:
+            return frame
+        return replace(frame, pressure=replace(frame.pressure, ok=False), ahrs=replace(frame.ahrs, ok=False))
+
+    climb = truth_of(climbing, 50.0)
+    answers = sail(climb, change=blind)
+    error = np.abs(off(answers, climb, "z", since=0.0))
+    assert error[-1] > 15.0
+    assert np.all(error[1500:] < 3.0 * np.array([a.depth_std for a in answers[1500:]]))
+
+
 def test_without_attitude_it_says_so_and_stays_finite() -> None:
     def lost(k: int, frame: SensorFrame) -> SensorFrame:
         return frame if k < 1000 else replace(frame, ahrs=replace(frame.ahrs, fresh=False))
