@@ -23,8 +23,8 @@ from firmware_py.records.sensing import SensorFrame
 from firmware_py.tick import Tick
 
 _PITCHED = math.sin(math.radians(20.0))
-"""Without an AHRS the hull pitches as it likes: 1 sigma of its vertical velocity, as a part of its speed. A climb that is
-driven by a fixed stern angle takes 20 deg."""
+"""Without an AHRS the pitch is not known: 1 sigma of the vertical velocity, as a part of the speed. A climb by a fixed
+stern angle has 20 deg."""
 
 
 @dataclass(frozen=True)
