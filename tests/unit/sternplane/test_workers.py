@@ -9,6 +9,7 @@ import sys
 import time
 from io import StringIO
 
+import pytest
 from rich.console import Console
 from sternplane.campaign.engine import complete
 
@@ -93,7 +94,8 @@ def test_an_interrupt_ends_a_worker_that_is_being_started(tmp_path) -> None:
     assert going_on
 
 
-def test_an_interrupt_ends_workers_in_the_middle_of_their_work(tmp_path) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_ends_workers_in_the_middle_of_their_work(tmp_path, number: signal.Signals) -> None:
     script = tmp_path / "starter.py"
     script.write_text(INTERRUPTED)
     with subprocess.Popen(
@@ -101,11 +103,13 @@ def test_an_interrupt_ends_workers_in_the_middle_of_their_work(tmp_path) -> None
     ) as starter:
         assert starter.stdout is not None
         worker = int(starter.stdout.readline())
-        starter.send_signal(signal.SIGINT)
+        starter.send_signal(number)
         ended = ends(starter.pid)
         gone = ends(worker)
+        said = starter.stderr.read()
     assert ended
     assert gone
+    assert "resource_tracker" not in said
 
 
 def test_all_jobs_are_done_and_each_part_is_told() -> None:

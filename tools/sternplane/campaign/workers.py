@@ -47,6 +47,19 @@ def _interrupt_held() -> Iterator[None]:
             signal.raise_signal(signal.SIGINT)
 
 
+@contextlib.contextmanager
+def _terminated_like_interrupted() -> Iterator[None]:
+    """Let SIGTERM do what Ctrl-C does: who just died would leave semaphores, and Python would warn of them."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
 class _Workers(ProcessPoolExecutor):
     """Starts no process that nobody knows: an interrupt between its start and its entry would leave it to work on."""
 
@@ -57,9 +70,13 @@ class _Workers(ProcessPoolExecutor):
 
 @contextlib.contextmanager
 def pool_of(processes: int) -> Iterator[ProcessPoolExecutor]:
-    """Start worker processes; on an exception, Ctrl-C among them, they are ended at once."""
+    """Start worker processes; on an exception, Ctrl-C and SIGTERM among them, they are ended at once."""
     others = multiprocessing.active_children()
-    with _Workers(processes, mp_context=multiprocessing.get_context("spawn"), initializer=end_with_parent) as pool:
+    context = multiprocessing.get_context("spawn")
+    with (
+        _terminated_like_interrupted(),
+        _Workers(processes, mp_context=context, initializer=end_with_parent) as pool,
+    ):
         try:
             yield pool
         except BaseException:
