@@ -47,6 +47,17 @@ def test_elsewhere_a_line_per_tenth() -> None:
     assert "depth  4.25 m  heading 270.0°  waypoint 2/5  mission" in lines[0]
 
 
+def test_what_is_not_known_is_not_told() -> None:
+    """A depth that went on without pressure was shown like one that is measured."""
+    out = io.StringIO()
+    with Progress(100.0, 5, Console(file=out, width=200)) as shown:
+        for k in range(1_100):
+            blind = cycle(k)
+            blind.state.depth_ok = blind.state.attitude_ok = False
+            shown.update(blind)
+    assert "depth     ? m  heading     ?°  waypoint 2/5" in out.getvalue()
+
+
 def test_without_a_mission_there_is_no_waypoint() -> None:
     out = io.StringIO()
     shown = Progress(1.0, 0, Console(file=out, width=200))

@@ -49,6 +49,8 @@ _FORMS = (
 class Progress:
     """Shows vehicle time, depth, heading, waypoint, mode and speed-up, and every event when it happens.
 
+    A depth or heading that is only carried on, without its sensor, is shown as "?".
+
     Args:
         total_s: vehicle time that the run takes at most, s.
         waypoints: how many the mission has.
@@ -111,15 +113,17 @@ class Progress:
         return Text(next((line for line in lines if len(line) <= width), lines[-1]), no_wrap=True, overflow="ellipsis")
 
     def _line(self, cycle: Cycle, form: _Form) -> str:
-        t, eta = cycle.tick.t, cycle.state.eta
+        t, state = cycle.tick.t, cycle.state
+        heading = round(math.degrees(state.eta.psi), 1) % 360.0  # rounded first: 359.97 is 0.0, not 360.0
         known = {
             "t": t,
             "total": self._total_s,
-            "z": eta.z,
-            "psi": round(math.degrees(eta.psi), 1) % 360.0,  # rounded first: 359.97 is 0.0, not 360.0
+            "z": state.eta.z if state.depth_ok else math.nan,
+            "psi": heading if state.attitude_ok else math.nan,
             "next": min(cycle.reference.waypoint + 1, self._waypoints),
             "last": self._waypoints,
             "mode": cycle.mode.mode.name.lower(),
             "speed_up": t / max(time.monotonic() - self._began, 1e-9),
         }
-        return form.words.format(waypoint=form.waypoint.format(**known) if self._waypoints else "", **known)
+        waypoint = form.waypoint.format(**known) if self._waypoints else ""
+        return form.words.format(waypoint=waypoint, **known).replace("nan", "  ?")
