@@ -6,7 +6,7 @@ BIN := .venv/bin
 LOCKS := tools/requirements
 PIP := $(BIN)/python $(LOCKS)/install.py
 
-.PHONY: help setup sitl gcs test test-vcan test-pythons lint rooms bench bench-sweep fuzz kill load soak soak-vcan study study-safety study-adaptation paper wheels lock clean
+.PHONY: help setup sitl gcs test test-flights test-vcan test-pythons lint rooms bench bench-sweep fuzz kill load soak soak-vcan study study-safety study-adaptation paper wheels lock clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-13s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -23,9 +23,13 @@ gcs: setup ## fly in real time, and wait for a ground station; ARGS="--state DIR
 
 # Two at a time, file by file: the tests that fly in real time bear one neighbour. Both import all of it, and so do the
 # processes that they start: bytecode is kept, whatever the environment asks for.
-test: export PYTHONDONTWRITEBYTECODE =
+PYTEST = $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+test test-flights: export PYTHONDONTWRITEBYTECODE =
 test: setup .venv/.dev ## run the tests
-	@$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder $(ARGS)
+	@$(PYTEST) --ignore=tests/flights $(ARGS)
+
+test-flights: setup .venv/.dev ## run those that fly whole missions with faults, and take as long as all others together
+	@$(PYTEST) tests/flights $(ARGS)
 
 test-vcan: setup .venv/.dev ## run the tests that need SocketCAN (root; says what is missing)
 	@tests/vcan/run $(BIN)/python -m pytest -m vcan tests/vcan $(ARGS)

@@ -13,7 +13,7 @@ import pytest
 from tests.bus_numbers import free_number
 from tests.command import Forked
 from tests.dive import DIVE
-from tests.sitl.flights import Flights
+from tests.shared_flights import Flights
 
 Start = Callable[..., Forked]
 """Starts it with these words, in the background."""

@@ -9,7 +9,7 @@ from sternplane.sitl.flight import FlightRequest, fly, prepare
 
 from firmware_py.records.event import Cause
 from firmware_py.records.order import Mode
-from tests.sitl.flights import LEARNING_OFF
+from tests.shared_flights import LEARNING_OFF
 
 SCENARIO = """
 description = "Four seconds at 5 m."

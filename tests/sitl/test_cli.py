@@ -14,8 +14,8 @@ import pytest
 from sternplane.logs.reading import read
 
 from tests.command import called, installed, no_file_larger_than
+from tests.shared_flights import LEARNING_OFF, without_learning
 from tests.sitl.conftest import Start
-from tests.sitl.flights import LEARNING_OFF, without_learning
 
 ROOT = Path(__file__).resolve().parents[2]
 BRIEF = """

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.command import called
-from tests.sitl.flights import BRIEF
+from tests.shared_flights import BRIEF
 
 KINDS = ("cut", "bit", "zeros", "hole", "doubled", "header", "tail", "noise", "empty", "text", "folder")
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.command import called
-from tests.sitl.flights import LEARNING_OFF
+from tests.shared_flights import LEARNING_OFF
 
 OBJECTS_AT_START = 50
 """The codecs of the log leave ten; a thing that is left twice a second makes it 24 more at least."""

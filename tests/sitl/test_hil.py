@@ -17,8 +17,8 @@ from sternplane.logs.summary import summarise
 from firmware_py.app import build
 from tests.command import called
 from tests.dive import DIVE
+from tests.shared_flights import Flights
 from tests.sitl.conftest import Start
-from tests.sitl.flights import Flights
 from tests.straight_run import under_way
 
 ROOT = Path(__file__).resolve().parents[2]

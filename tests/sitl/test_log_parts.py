@@ -22,7 +22,7 @@ from firmware_py.app import build
 from firmware_py.records.cycle import Cycle
 from firmware_py.run import flight_recorder
 from firmware_py.run.flight_recorder import FlightRecorder
-from tests.sitl.flights import Flights
+from tests.shared_flights import Flights
 
 LEARNS = """
 description = "Five seconds under water, with a manoeuvre that moves all fins."

@@ -16,7 +16,7 @@ from sternplane.report import report
 from firmware_py.adapters import kernel_compile
 from firmware_py.records.cycle import Cycle
 from tests.command import called
-from tests.sitl.flights import BRIEF
+from tests.shared_flights import BRIEF
 
 STATE = ("navigation.json", "parameters.toml", "mission.json", "fence.json", "rally.json")
 

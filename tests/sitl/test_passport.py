@@ -25,7 +25,7 @@ from firmware_py.run.kept_passport import FILE, encode, load_passport
 from firmware_py.run.moment import Moment
 from firmware_py.vehicle.identity import identity
 from tests.command import called
-from tests.sitl.flights import BRIEF
+from tests.shared_flights import BRIEF
 
 CONFIGURATION = {**config_files.read_configuration(configs() / "npsauv2"), "mission": {"waypoints": []}, "kept": {}}
 

@@ -18,8 +18,8 @@ from firmware_py.app import build
 from firmware_py.wire.dronecan.message_table import TICK, TICK_DONE
 from firmware_py.wire.dronecan.node_messages import LockstepTick, LockstepTickDone
 from tests.command import called
+from tests.shared_flights import Flights
 from tests.sitl.conftest import Start
-from tests.sitl.flights import Flights
 
 ROOT = Path(__file__).resolve().parents[2]
 

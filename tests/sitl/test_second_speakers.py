@@ -10,7 +10,7 @@ from sternplane.logs.reading import Log
 
 from firmware_py.records.event import EventKind
 from firmware_py.records.health import SourceFault
-from tests.sitl.flights import Flights
+from tests.shared_flights import Flights
 from tests.straight_run import hold, under_way
 
 STRUCK = 12.0

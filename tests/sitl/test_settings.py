@@ -15,7 +15,7 @@ from sternplane.sitl.request import parse_settings, read_scenario
 from firmware_py.app import build
 from firmware_py.params import ParamError
 from tests.command import called
-from tests.sitl.flights import BRIEF
+from tests.shared_flights import BRIEF
 
 SET = {
     "vehicle.coefficients.M_q": -0.05,

@@ -22,7 +22,7 @@ from sternplane.soak.judgement import judge
 
 from firmware_py import config_files
 from firmware_py.adapters.installation import configs
-from tests.sitl.flights import Flights
+from tests.shared_flights import Flights
 from tests.straight_run import mission, under_way
 
 DIVE = under_way(60.0, 2.0, mission([(10.0, 2.0), (25.0, 4.0)]), completes="surfaced")

@@ -29,8 +29,8 @@ from sternplane.sweep.planning import planned
 from firmware_py.app import build
 from firmware_py.run.usage_error import UsageError
 from tests.command import called
+from tests.shared_flights import BRIEF
 from tests.sitl.conftest import Start
-from tests.sitl.flights import BRIEF
 
 pytest.importorskip("pyarrow")
 WORDS = ("sweep", "--scenario", "brief.toml", "--vary", "vehicle.M_q=±20%", "--vary", "truth.current=0..0.3")

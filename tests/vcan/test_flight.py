@@ -29,7 +29,7 @@ from firmware_py.wire.dronecan.message_table import ARRAY_COMMAND
 from firmware_py.wire.dronecan.transfer import Reassembler
 from sim_bridge.scripted_operator import ScriptedOperator
 from tests.contract.bus_contract import PATIENCE, doors
-from tests.sitl.flights import LEARNING_OFF
+from tests.shared_flights import LEARNING_OFF
 
 pytestmark = pytest.mark.vcan
 BUS = "socketcan:vcan0"

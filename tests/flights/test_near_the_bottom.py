@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from firmware_py.records.event import Cause
-from tests.sitl.flights import Flights
+from tests.shared_flights import Flights
 from tests.straight_run import hold, under_way
 
 FLAT, TOP = 40.0, 8.0

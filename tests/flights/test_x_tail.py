@@ -11,7 +11,7 @@ from firmware_py.config_files import read_configuration
 from firmware_py.config_files import vehicle as vehicle_of
 from firmware_py.records.event import Cause
 from firmware_py.records.health import SourceState
-from tests.sitl.flights import Flights
+from tests.shared_flights import Flights
 from tests.straight_run import hold, under_way
 
 X = "torpedo_x"

@@ -11,7 +11,7 @@ from sternplane.sitl.flight import Outcome
 
 from firmware_py.records.command import AscentStage
 from firmware_py.records.order import Mode
-from tests.sitl.flights import LEARNING_OFF, Flights, demonstration, without_learning
+from tests.shared_flights import LEARNING_OFF, Flights, demonstration, without_learning
 
 
 @pytest.mark.parametrize(("seed", "waypoints", "ends"), [(1, 5, (270.0, 330.0)), (2, 3, (185.0, 245.0))])

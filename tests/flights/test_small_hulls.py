@@ -9,7 +9,7 @@ from sternplane.study.safety.flight import written
 
 from firmware_py.records.estimate import VelocitySource
 from firmware_py.records.health import SourceState
-from tests.sitl.flights import Flights
+from tests.shared_flights import Flights
 from tests.straight_run import hold, under_way
 
 LEVEL, DOWN = hold(5.0).replace("1.8", "1.5"), "[[orders]]\nt_s = 40.0\ndepth_m = 18.0\n"

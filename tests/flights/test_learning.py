@@ -14,7 +14,7 @@ from sternplane.sitl.flight import SCENARIOS, Outcome
 from firmware_py.app import build
 from firmware_py.guidance.manoeuvre import ManoeuvreParams
 from firmware_py.records.order import Mode
-from tests.sitl.flights import LEARNING_OFF, Flights
+from tests.shared_flights import LEARNING_OFF, Flights
 
 LIMITS = ManoeuvreParams()
 SHIPPED = ("learn-zigzag", "learn-doublets", "learn-prbs")

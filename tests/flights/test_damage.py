@@ -13,7 +13,7 @@ from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.records.event import Cause, EventKind
 from firmware_py.records.health import ActuatorFault
 from firmware_py.records.order import Mode
-from tests.sitl.flights import KNOWN_DEMONSTRATION, Flights
+from tests.shared_flights import KNOWN_DEMONSTRATION, Flights
 from tests.straight_run import hold, under_way
 
 M_DS = TEN.index("M_ds")

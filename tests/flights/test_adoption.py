@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from sternplane.logs.summary import summarise
 
-from tests.sitl.flights import Flights
+from tests.shared_flights import Flights
 
 
 def test_the_demonstration_learns_adopts_and_flies_better_for_it(flown: Flights) -> None:

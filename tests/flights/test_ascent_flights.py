@@ -12,7 +12,7 @@ from sternplane.sitl.flight import FlightRequest, fly, prepare
 from firmware_py.records.command import AscentStage
 from firmware_py.records.event import EventKind
 from firmware_py.records.order import Mode
-from tests.sitl.flights import Flights
+from tests.shared_flights import Flights
 from tests.straight_run import hold, surface, under_way
 
 
