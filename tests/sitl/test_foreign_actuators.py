@@ -25,8 +25,7 @@ from sim_bridge.bridge import Bridge
 from sim_bridge.devices.devices import Devices
 from sim_bridge.plant.plant import Plant
 from tests.foreign_actuators import ApPeriphServo, ForeignBus, LibcanardEsc, LibcanardServo, Px4Servo
-
-from .flights import demonstration
+from tests.shared_flights import demonstration
 
 IO = configs() / "npsauv2" / "io_servos.toml"
 MISSION = (
