@@ -21,15 +21,16 @@ gcs: setup ## fly in real time, and wait for a ground station; ARGS="--state DIR
 	@$(BIN)/sternplane sitl --pace realtime --scenario station --gcs udpout:127.0.0.1:14550 \
 		--gcs tcpin:127.0.0.1:5760 --gcs udpout:127.0.0.1:14540:generic $(ARGS) || [ $$? -eq 1 ]
 
-# Two at a time, file by file: the tests that fly in real time bear one neighbour. Both import all of it, and so do the
-# processes that they start: bytecode is kept, whatever the environment asks for.
-PYTEST = $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+# Two at a time: the tests that fly in real time bear one neighbour. Both import all of it, and so do the processes that they
+# start: bytecode is kept, whatever the environment asks for. File by file, for the sake of what a file shares; flights
+# share none, and one file of them takes a quarter of the time.
+PYTEST = $(BIN)/python -m pytest -n 2
 test test-flights: export PYTHONDONTWRITEBYTECODE =
 test: setup .venv/.dev ## run the tests
-	@$(PYTEST) --ignore=tests/flights $(ARGS)
+	@$(PYTEST) --dist loadfile --no-loadscope-reorder --ignore=tests/flights $(ARGS)
 
 test-flights: setup .venv/.dev ## run those that fly whole missions with faults, and take as long as all others together
-	@$(PYTEST) tests/flights $(ARGS)
+	@$(PYTEST) --dist worksteal tests/flights $(ARGS)
 
 test-vcan: setup .venv/.dev ## run the tests that need SocketCAN (root; says what is missing)
 	@tests/vcan/run $(BIN)/python -m pytest -m vcan tests/vcan $(ARGS)
