@@ -48,8 +48,8 @@ def _interrupt_held() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _terminated_like_interrupted() -> Iterator[None]:
-    """Let SIGTERM do what Ctrl-C does: who just died would leave semaphores, and Python would warn of them."""
+def terminated_like_interrupted() -> Iterator[None]:
+    """Let SIGTERM do what Ctrl-C does, and end what was started: who just died would leave processes and semaphores."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -74,7 +74,7 @@ def pool_of(processes: int) -> Iterator[ProcessPoolExecutor]:
     others = multiprocessing.active_children()
     context = multiprocessing.get_context("spawn")
     with (
-        _terminated_like_interrupted(),
+        terminated_like_interrupted(),
         _Workers(processes, mp_context=context, initializer=end_with_parent) as pool,
     ):
         try:

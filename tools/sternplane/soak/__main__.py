@@ -8,7 +8,6 @@ how well depth, heading and path were held, whether it came up at the end, and w
 from __future__ import annotations
 
 import argparse
-import signal
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -24,6 +23,7 @@ from firmware_py.adapters.installation import configs
 from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.params import ParamError
 from firmware_py.run.usage_error import UsageError
+from sternplane.campaign.workers import terminated_like_interrupted
 from sternplane.hardware.output import BAD, GOOD, Row, Sheet, console, live, show, show_json
 from sternplane.hardware.shared_bus import shared_bus
 
@@ -59,14 +59,12 @@ def main(arguments: list[str] | None = None) -> int:
         parser.error(str(error))
     kernel_cache.use()
     with tempfile.TemporaryDirectory() as kept:
-        before = signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends what was started
         try:
-            found = _Campaign(files, options, options.out or Path(kept)).fly()
+            with terminated_like_interrupted():
+                found = _Campaign(files, options, options.out or Path(kept)).fly()
         except KeyboardInterrupt:
             print("soak: interrupted", file=sys.stderr)
             return 130
-        finally:
-            signal.signal(signal.SIGTERM, before)
     where = console()
     if options.json:
         show_json(where, found)
