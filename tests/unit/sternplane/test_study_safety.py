@@ -74,6 +74,9 @@ def ending(steps):
 
 RULE = {"events": (event(EventKind.MODE_CHANGED, cause=Cause.DEPTH_LIMIT),)}
 WARNED = {"events": (event(EventKind.RULE_WARNS, cause=Cause.BATTERY_LOW),)}
+NOT_UP = {"events": (event(EventKind.RULE_WARNS, cause=Cause.SURFACING_LONG),)}
+HELD = {"events": (event(EventKind.WEIGHT_NOT_RELEASED, cause=Cause.HARDPOINT_HOLDS, name="drop weight"),)}
+HANGS_LATER = [(60.0, 9.0, Mode.MISSION, Cause.ORDERED), (70.0, 9.0, Mode.SURFACE, Cause.LEAK)]
 
 
 @pytest.mark.parametrize(
@@ -86,8 +89,12 @@ WARNED = {"events": (event(EventKind.RULE_WARNS, cause=Cause.BATTERY_LOW),)}
             Ending.DROPPED,
         ),
         ([(50.0, 9.0, Mode.SURFACE, Cause.LEAK, {"drop": True})], Ending.BELOW),
-        ([(50.0, 9.0, Mode.SURFACE, Cause.DEPTH_LIMIT, RULE)], Ending.BELOW),
-        ([(50.0, 9.0, Mode.SURFACE, Cause.ORDERED, WARNED)], Ending.BELOW),
+        ([(50.0, 9.0, Mode.SURFACE, Cause.LEAK), (60.0, 9.0, Mode.SURFACE, Cause.LEAK, NOT_UP)], Ending.BELOW),
+        ([(50.0, 9.0, Mode.SURFACE, Cause.LEAK), (60.0, 9.0, Mode.SURFACE, Cause.LEAK, HELD)], Ending.BELOW),
+        # a rule that says something else, or said it of an ascent before, does not say why it is below
+        ([(50.0, 9.0, Mode.SURFACE, Cause.DEPTH_LIMIT, RULE)], Ending.LOST),
+        ([(50.0, 9.0, Mode.MISSION, Cause.ORDERED, WARNED)], Ending.LOST),
+        ([(50.0, 9.0, Mode.SURFACE, Cause.LEAK, NOT_UP), *HANGS_LATER], Ending.LOST),
         ([(50.0, 1.1, Mode.SURFACE, Cause.MISSION_DONE)], Ending.LOST),
         ([(50.0, 9.0, Mode.DISARMED, Cause.ORDERED)], Ending.LOST),
         ([(50.0, 9.0, Mode.SURFACE, Cause.LEAK, RULE), (60.0, 9.0, Mode.DISARMED, Cause.SURFACED)], Ending.LOST),
@@ -145,7 +152,7 @@ def test_a_vehicle_that_may_sink_again_is_watched_after_it_disarmed_itself():
     assert not sinks.done
     later = [*up, (170.0, 0.8, Mode.DISARMED, Cause.SURFACED), (175.0, 1.1, Mode.DISARMED, Cause.SURFACED)]
     assert not seen(later, watch=90.0).done  # it sinks on: what it does about it is to be seen
-    assert sinks.found.ending(DEPTH_MAX) is Ending.LOST
+    assert sinks.found.ending(DEPTH_MAX) is Ending.BELOW  # it may find out yet
 
 
 def flown(title, steps, onset=0, seed=1000):
@@ -210,6 +217,13 @@ def test_what_physics_forbids_is_shown_and_does_not_count():
     found = rows([flown(title, deep, 2)])
     assert all(row.ok is not False for row in found if row.case == "safe")
     assert [row.value for row in found if row.figure == f"beyond the bound, unsafe: {title}"] == [1.0]
+
+
+def test_a_quiet_flight_that_ends_unsafe_misses_a_target_though_it_said_nothing():
+    quiet = flown("off:fix", SAFE) | {"trial": ""}
+    for ending_of_it, met in ((Ending.FLOWN, True), (Ending.AGROUND, False)):
+        found = rows([quiet | {"ending": ending_of_it.value}])
+        assert all(row.ok is not False for row in found) is met
 
 
 SUSPECT = EventKind.SENSOR_SUSPECT

@@ -27,7 +27,7 @@ COLUMNS = (
         "◐",
         "below, told",
         "warn",
-        "below the surface at the end; the weight is released, or a rule says why",
+        "below the surface at the end; the weight is released, or it says that it does not come up",
     ),
     Column(
         Ending.LOST,

@@ -28,6 +28,8 @@ _SOURCES = (EventKind.SENSOR_SUSPECT, EventKind.SENSOR_LOST)
 _SINKS_AGAIN = 30.0
 """So long, s, has a vehicle that lies disarmed as "surfaced" to find out that it sinks."""
 _WEIGHT = (EventKind.WEIGHT_NOT_RELEASED, EventKind.WEIGHT_SILENT)
+_WHY_BELOW = (Cause.SURFACING_LONG.name, Cause.HARDPOINT_HOLDS.name, Cause.HARDPOINT_SILENT.name)
+"""Causes that tell an operator that it does not come up: it has tried for so long, or its weight does not go."""
 _RULES = (EventKind.MODE_CHANGED, EventKind.RULE_HOLDS, EventKind.RULE_WARNS)
 
 
@@ -41,7 +43,7 @@ class Ending(enum.Enum):
     DROPPED = "dropped"
     """It came up without its drop weight."""
     BELOW = "below"
-    """It is below the surface, has released the weight or says why."""
+    """It is below the surface, has released the weight, or tried to come up and says that it does not."""
     LOST = "lost"
     """It is below the surface, with its weight, and does not say why, or says that it has surfaced."""
     DEEP = "deep"
@@ -122,10 +124,10 @@ class Found:
             if math.isfinite(self.t_drop):
                 return Ending.DROPPED
             return Ending.UP if self.brought_up else Ending.FLOWN
-        surfaced = self.end_cause == Cause.SURFACED.name and self.end_mode == Mode.DISARMED.name
-        lies = surfaced and not self.t_end - self.t_down <= _SINKS_AGAIN
-        told = math.isfinite(self.t_drop) or bool(self.rules)
-        return Ending.BELOW if told and not lies else Ending.LOST
+        if self.end_cause == Cause.SURFACED.name and self.end_mode == Mode.DISARMED.name:
+            return Ending.BELOW if self.t_end - self.t_down <= _SINKS_AGAIN else Ending.LOST
+        told = any(t >= self.t_surfacing and cause in _WHY_BELOW for t, cause in self.rules)
+        return Ending.BELOW if told or math.isfinite(self.t_drop) else Ending.LOST
 
     def plain(self) -> dict[str, Any]:
         """Return it for JSON, where a number that is not finite is null."""

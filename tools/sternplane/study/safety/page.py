@@ -17,7 +17,7 @@ from sternplane.study.page import target_text
 from sternplane.study.rows import Row
 from sternplane.study.safety.campaign import GROUPS, LEFT_OUT
 from sternplane.study.safety.columns import COLUMNS, Column
-from sternplane.study.safety.judge import SURFACE, TOO_DEEP
+from sternplane.study.safety.judge import SURFACE, TOO_DEEP, Ending
 from sternplane.study.safety.mission import BOTTOM, DEPTH_MAX, ONSETS, PLACES
 from sternplane.study.safety.overview import (
     ACCUSED,
@@ -40,14 +40,14 @@ def page(
 ) -> str:
     """Return the report as HTML."""
     verdicts = [judge(flight) for flight in flights if flight["trial"]]
-    unsafe = sum(v.unsafe for v in verdicts)
+    unsafe = sum(v.unsafe for v in verdicts) + sum(Ending(f["ending"]).unsafe for f in flights if not f["trial"])
     missed, judged = sum(row.ok is False for row in rows), sum(row.ok is not None for row in rows)
     excused = sum(v.ending.unsafe and v.excused for v in verdicts)
     named = [v for v in verdicts if v.trial.named is not None]
     return render(
         Page(
             title="Safety study",
-            status=f"{unsafe} of {len(verdicts)} flights unsafe · {judged - missed} of {judged} targets met",
+            status=f"{unsafe} of {len(flights)} flights unsafe · {judged - missed} of {judged} targets met",
             mood="bad" if missed else "good",
             description="What became of the vehicle after every fault, judged by the truth of the plant: "
             f"a dive to 28 m over a bottom of {BOTTOM:g} m, with a limit of {DEPTH_MAX:g} m. "

@@ -116,7 +116,7 @@ def rows(flights: Sequence[Mapping[str, Any]]) -> list[Row]:
     verdicts = [judge(flight) for flight in flights if flight["trial"]]
     quiet = [flight for flight in flights if not flight["trial"]]
     return [
-        *_safety(verdicts),
+        *_safety(verdicts, quiet),
         *_naming(verdicts),
         *_soundness(verdicts),
         *_spikes(verdicts),
@@ -134,8 +134,11 @@ def by_trial(verdicts: Iterable[Verdict]) -> dict[str, list[Verdict]]:
     return {title: those for title, those in found.items() if those}
 
 
-def _safety(verdicts: Sequence[Verdict]) -> list[Row]:
+def _safety(verdicts: Sequence[Verdict], quiet: Sequence[Mapping[str, Any]]) -> list[Row]:
     found = [Row("safe", "flights with an unsafe end", _count(v.unsafe for v in verdicts), 0.0, len(verdicts))]
+    if quiet:
+        unsafe = _count(Ending(flight["ending"]).unsafe for flight in quiet)
+        found.append(Row("safe", "quiet flights with an unsafe end", unsafe, 0.0, len(quiet)))
     for ending in Ending:
         if ending.unsafe:
             count = _count(v.unsafe and v.ending is ending for v in verdicts)
