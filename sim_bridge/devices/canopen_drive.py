@@ -26,7 +26,9 @@ _LENGTHS = {
     (0x60C2, 2): 1,
     (0x6502, 0): 4,
     **{
-        (parameters, sub): length for parameters in (0x1400, 0x1800) for sub, length in ((0, 1), (1, 4), (2, 1), (5, 2))
+        (parameters, sub): length
+        for parameters in (0x1400, 0x1800)
+        for sub, length in ((0, 1), (1, 4), (2, 1), (3, 2), (5, 2))
     },
     **{(mapping, sub): 4 if sub else 1 for mapping in (0x1600, 0x1A00) for sub in range(9)},
 }

@@ -279,6 +279,31 @@ def test_an_emergency_withholds_the_fin_until_it_is_over(flying):
     assert (frame.fins[PORT].ok, frame.unhealthy) == (True, 0)
 
 
+def test_an_emergency_that_is_over_while_others_last_withholds_the_fin_on(flying):
+    """CiA 301: code 0 with an error register that is not empty ends one of several errors."""
+    flying.say(frames.encode(frames.Emergency(NODE, 0x4310, 0x09)))
+    flying.say(frames.encode(frames.Emergency(NODE, 0x3220, 0x0D)))
+    flying.say(frames.encode(frames.Emergency(NODE, 0, 0x09)))
+    frame = flying.run(0.1, (0.2, -0.1), armed=True)
+    assert (frame.fins[PORT].ok, frame.unhealthy) == (False, fin_bit(PORT))
+    flying.say(frames.encode(frames.Emergency(NODE, 0, 0)))
+    frame = flying.run(0.1, (0.2, -0.1), armed=True)
+    assert (frame.fins[PORT].ok, frame.unhealthy) == (True, 0)
+
+
+def test_a_drive_that_is_back_is_believed_though_it_was_lost_in_an_emergency(flying):
+    """Neither the end of its undervoltage nor its boot-up is heard."""
+    flying.say(frames.encode(frames.Emergency(NODE, 0x3220, 0x05)))
+    flying.run(0.1, (0.2, -0.1), armed=True)
+    gone = flying.drives.pop(NODE)
+    flying.run(2.0, (0.2, -0.1), armed=True)
+    flying.drives[NODE] = Drive(NODE)
+    flying.drives[NODE].position = gone.position
+    flying.drives[NODE].boot()
+    frame = flying.run(6.0, (0.2, -0.1), armed=True)
+    assert (frame.fins[PORT].ok, frame.unhealthy) == (True, 0)
+
+
 def test_a_storm_of_ever_new_emergencies_is_counted_and_leaves_few_counts(flying):
     before = len(flying.driver.losses())
     for code in range(0x1000, 0x1000 + 2000):
@@ -337,6 +362,28 @@ def test_without_drives_it_asks_on_and_waits_for_nothing(launch):
     assert all(10 <= count <= 25 for count in counts)
     assert bench.losses["port_start_ups_failed"] in (2, 3, 4)
     assert not any(identifier in (0x200 + NODE, 0x206) for identifier, _ in bench.said)
+
+
+REFUSALS = {
+    "an interpolation time that it does not know": ((0x60C2, 1), None),
+    "no drive": ((0x1000, 0), (401).to_bytes(4, "little")),
+}
+
+
+@pytest.mark.parametrize(("place", "content"), REFUSALS.values(), ids=REFUSALS)
+def test_a_start_up_that_is_refused_is_counted_with_its_cause_and_tried_again_once_a_second(launch, place, content):
+    bench = launch()
+    objects = bench.drives[NODE].objects
+    before = objects.pop(place)
+    if content is not None:
+        objects[place] = content
+    frame = bench.run(10.0)
+    assert (frame.fins[PORT].ok, frame.fins[TOP].ok) == (False, True)
+    asked = [data for identifier, data in bench.said if identifier == 0 and data[1] == NODE]
+    assert 8 <= len(asked) <= 10
+    assert bench.losses == {f"port_start_ups_failed_0x{place[0]:04X}": len(asked)}
+    objects[place] = before
+    assert bench.run(2.0).fins[PORT].ok
 
 
 @pytest.mark.parametrize("seed", range(2))

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from firmware_py.wire.canopen import cia402, configuration, frames, sdo
 from firmware_py.wire.canopen.cia402 import Mode, State, Wanted
-from firmware_py.wire.canopen.configuration import Configuration
+from firmware_py.wire.canopen.configuration import Check, Configuration
 from firmware_py.wire.canopen.frames import FrameError, NmtCommand, NmtState
 
 from .canopen_drive import Drive
@@ -326,7 +326,7 @@ def test_a_drive_is_configured_and_started(mode: Mode, lost: tuple[int, ...]) ->
     assert values[0x6060, 0] == mode
     assert (values[0x1400, 1], values[0x1800, 1]) == (0x203, 0x40000183)
     assert values[0x1400, 2] == values[0x1800, 2] == (1 if cyclic else 255)
-    assert values[0x1800, 5] == (0 if cyclic else 20)
+    assert (values[0x1800, 3], values[0x1800, 5]) == ((0, 0) if cyclic else (100, 20))
     assert [values[0x1600, k] for k in (0, 1, 2)] == [2, 0x60400010, 0x607A0020]
     assert [values[0x1A00, k] for k in (0, 1, 2)] == [2, 0x60410010, 0x60640020]
     assert (values[0x60C2, 1], values[0x60C2, 2]) == ((20, 0xFD) if cyclic else (0, 0))
@@ -339,7 +339,7 @@ def test_a_node_that_is_no_drive_is_not_configured() -> None:
     drive.objects[0x1000, 0] = (401).to_bytes(4, "little")
     started = Configuration(3, configuration.drive(3, Mode.PROFILE_POSITION, 0.02, 0.1))
     sent = run(started, drive)
-    assert started.failure == "node 3, object 0x1000:0: 401, must be 402"
+    assert (started.failure, started.cause) == ("node 3, object 0x1000:0: 401, must be 402", "_0x1000")
     assert len(sent) == 2
     assert drive.nmt is not NmtState.OPERATIONAL
 
@@ -350,13 +350,32 @@ def test_a_refused_step_ends_it_with_the_reason() -> None:
     started = Configuration(3, configuration.drive(3, Mode.CYCLIC_SYNCHRONOUS_POSITION, 0.02, 0.1))
     run(started, drive)
     assert started.failure == "node 3, object 0x60C2:1: refused, there is no such object"
+    assert started.cause == "_0x60C2"
     assert started.poll(1e9) is None
+
+
+def test_a_drive_without_an_inhibit_time_does_without() -> None:
+    drive = Drive(3)
+    del drive.objects[0x1800, 3]
+    started = Configuration(3, configuration.drive(3, Mode.PROFILE_POSITION, 0.02, 0.1))
+    run(started, drive)
+    assert (started.done, started.failure) == (True, "")
+    assert drive.objects[0x1800, 5] == b"\x14\0"
+    assert drive.feedback() != []
+
+
+def test_the_inhibit_time_is_set_while_the_pdo_is_not_valid() -> None:
+    """CiA 301: it shall not be changed while the PDO exists."""
+    steps = configuration.process_data(3, False, 1, configuration.FEEDBACK, configuration.ON_EVENT, 0.02)
+    order = [(step.subindex, step.data) for step in steps if step.object == 0x1800 and not isinstance(step, Check)]
+    assert [subindex for subindex, _ in order] == [1, 2, 3, 5, 1]
+    assert (order[0][1][3] >> 7, order[2][1], order[4][1][3] >> 7) == (1, b"\x64\0", 0)
 
 
 def test_a_silent_node_ends_it_after_a_bounded_time() -> None:
     started = Configuration(3, configuration.drive(3, Mode.PROFILE_POSITION, 0.02, 0.1))
     sent = run(started, Drive(4), end=5.0)
-    assert started.failure == "node 3, object 0x1000:0: no answer, asked 4 times"
+    assert (started.failure, started.cause) == ("node 3, object 0x1000:0: no answer, asked 4 times", "")
     assert len(sent) == 1 + configuration.TRIES + 1
     assert sdo.decode_request(frames.SdoRequest(3, sent[-1][1])) == sdo.Abort(0x1000, 0, sdo.TIMED_OUT)
 

@@ -52,7 +52,15 @@ class Check(NamedTuple):
     value: int
 
 
-Step: TypeAlias = sdo.Write | Check
+class Wish(NamedTuple):
+    """A step: write an object that not every node has; one that refuses it does without."""
+
+    object: int
+    subindex: int
+    data: bytes
+
+
+Step: TypeAlias = sdo.Write | Check | Wish
 
 
 class Mapped(NamedTuple):
@@ -78,7 +86,7 @@ def process_data(
         number: which, 1 to 4.
         objects: at most 64 bits of them, in order.
         kind: transmission type, `ON_SYNC` or `ON_EVENT`.
-        period: a TPDO is sent at least so often, s, besides; 0 for not.
+        period: a TPDO is sent at least so often, s, besides, and at most twice as often; 0 for not.
 
     Raises:
         ValueError: if there is no such PDO, or it would be too long.
@@ -98,7 +106,8 @@ def process_data(
         sdo.Write(mapping, 0, sdo.unsigned(len(objects), 1)),
         sdo.Write(parameters, 2, sdo.unsigned(kind, 1)),
     ]
-    if period and not received:
+    if period and not received:  # without the inhibit time a drive that moves may send with each of its own cycles
+        steps.append(Wish(parameters, 3, sdo.unsigned(round(0.5 * period * 1e4), 2)))  # in units of 100 us
         steps.append(sdo.Write(parameters, 5, _milliseconds(period)))
     return [*steps, sdo.Write(parameters, 1, sdo.unsigned(identifier, 4))]
 
@@ -149,15 +158,16 @@ class Configuration:
 
     Attributes:
         failure: why it has failed; the empty text if it has not.
+        cause: of a failure that is no silence the object that was refused or is wrong, by which it is counted.
         done: True when the last frame, the start of the node, has been given out.
     """
 
-    __slots__ = ("_at", "_deadline", "_node", "_steps", "_tries", "done", "failure")
+    __slots__ = ("_at", "_deadline", "_node", "_steps", "_tries", "cause", "done", "failure")
 
     def __init__(self, node: int, steps: Sequence[Step]) -> None:
         self._node, self._steps = node, tuple(steps)
         self._at, self._tries, self._deadline = -1, 0, 0.0
-        self.done, self.failure = False, ""
+        self.done, self.failure, self.cause = False, "", ""
 
     def poll(self, t: float) -> Frame | None:
         """Return the frame to send now, at t, s; None to wait."""
@@ -176,7 +186,7 @@ class Configuration:
             self.failure = f"{self._named(step)}: no answer, asked {TRIES} times"
             return encode(sdo.request(self._node, sdo.Abort(step.object, step.subindex, sdo.TIMED_OUT)))
         self._tries, self._deadline = self._tries + 1, t + ANSWER_TIME
-        content = sdo.Read(step.object, step.subindex) if isinstance(step, Check) else step
+        content = sdo.Read(step.object, step.subindex) if isinstance(step, Check) else sdo.Write(*step)
         return encode(sdo.request(self._node, content))
 
     def accept(self, message: SdoAnswer) -> None:
@@ -187,22 +197,25 @@ class Configuration:
         try:
             answer = sdo.decode_answer(message)
         except FrameError as error:
-            self.failure = f"{self._named(step)}: {error}"
+            self._fail(step, str(error))
             return
         if answer[:2] != step[:2]:
             return
-        if isinstance(answer, sdo.Abort):
-            self.failure = f"{self._named(step)}: refused, {answer.text}"
+        if isinstance(answer, sdo.Abort) and not isinstance(step, Wish):
+            self._fail(step, f"refused, {answer.text}")
         elif isinstance(step, Check) and isinstance(answer, sdo.ReadDone):
             found = int.from_bytes(answer.data, "little") & step.mask
             if found != step.value:
-                self.failure = f"{self._named(step)}: {found}, must be {step.value}"
+                self._fail(step, f"{found}, must be {step.value}")
             self._go_on()
-        elif isinstance(step, sdo.Write) and isinstance(answer, sdo.WriteDone):
+        elif not isinstance(step, Check) and not isinstance(answer, sdo.ReadDone):
             self._go_on()
 
     def _go_on(self) -> None:
         self._at, self._tries, self._deadline = self._at + 1, 0, 0.0
+
+    def _fail(self, step: Step, why: str) -> None:
+        self.failure, self.cause = f"{self._named(step)}: {why}", f"_0x{step.object:04X}"
 
     def _named(self, step: Step) -> str:
         return f"node {self._node}, object 0x{step.object:04X}:{step.subindex}"

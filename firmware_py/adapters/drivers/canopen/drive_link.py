@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from firmware_py.marine import clip
 from firmware_py.wire.canopen import cia402
 from firmware_py.wire.canopen.cia402 import Command, Feedback, Mode, State, Wanted
@@ -35,7 +37,9 @@ class DriveLink:
         self.counts: dict[str, int] = {}
         self.restarted = self.doubled = False
         self._configuration = Configuration(self.node, self._steps)
-        self._t_again = self._t_heard = self._t_started = self._t_reset = 0.0
+        self._t_again = math.inf
+        """When a start-up that has failed, and was counted, is tried again."""
+        self._t_heard = self._t_started = self._t_reset = 0.0
         self._known = self._alive = False
         self._emergency = False
         self._codes: set[int] = set()
@@ -62,13 +66,14 @@ class DriveLink:
         """Return what its start-up sends at t, s, if anything; notice that it has fallen silent."""
         if self._alive and t - self._t_heard > self._params.timeout:
             self._count("timeouts")
-            self._begin(t)
+            self._emergency = False  # it may have no power; if its error lasts, its statusword says so
+            self._begin()
+        if t >= self._t_again:
+            self._configure()
         configuration = self._configuration
-        if configuration.failure and t >= self._t_again:
-            configuration = self._configuration = Configuration(self.node, self._steps)
         frame = configuration.poll(t)
-        if configuration.failure and self._t_again <= t:
-            self._count("start_ups_failed")
+        if configuration.failure and self._t_again == math.inf:
+            self._count(f"start_ups_failed{configuration.cause}")
             self._t_again = t + _AGAIN_S
         elif configuration.done and frame is not None:
             self._t_heard = self._t_started = t  # from now on its heartbeat is due
@@ -84,18 +89,18 @@ class DriveLink:
                 self.restarted = True
                 self._count("restarts")
             self._emergency = False
-            self._begin(t)
+            self._begin()
         elif message.state is not NmtState.OPERATIONAL and self.ready and t - self._t_started > self._params.timeout:
             self._count("stopped_by_others")
-            self._begin(t)
+            self._begin()
 
     def hear_answer(self, message: SdoAnswer) -> None:
         """Take an answer of its object dictionary."""
         self._configuration.accept(message)
 
     def hear_emergency(self, message: Emergency) -> None:
-        """Take an emergency, or the end of all."""
-        self._emergency = not message.over
+        """Take an emergency, or the end of one; the last has ended once the error register is empty."""
+        self._emergency = not message.over or message.register != 0
         if not message.over:
             if len(self._codes) < _MOST_CODES:
                 self._codes.add(message.code)
@@ -158,11 +163,14 @@ class DriveLink:
                 self._count("answers_missed")
         self._answers = 0
 
-    def _begin(self, t: float) -> None:
-        """Configure it anew."""
-        self._configuration = Configuration(self.node, self._steps)
-        self._alive, self._feedback, self._word, self._t_again = False, None, 0, t
+    def _begin(self) -> None:
+        """Configure it anew, and know nothing of it."""
+        self._configure()
+        self._alive, self._feedback, self._word = False, None, 0
         self._answers = self._twice = 0
+
+    def _configure(self) -> None:
+        self._configuration, self._t_again = Configuration(self.node, self._steps), math.inf
 
     def _count(self, cause: str) -> None:
         self.counts[cause] = self.counts.get(cause, 0) + 1
