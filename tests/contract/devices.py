@@ -26,8 +26,8 @@ def pressure(pascal):
     return UAVCAN.air_data.StaticPressure(static_pressure=pascal, static_pressure_variance=2500.0)
 
 
-def distance(metres, reading=1):
-    return UAVCAN.range_sensor.Measurement(reading_type=reading, sensor_type=1, range=metres)
+def distance(metres, reading=1, which=0):
+    return UAVCAN.range_sensor.Measurement(reading_type=reading, sensor_type=1, range=metres, sensor_id=which)
 
 
 def fix(latitude_deg=36.6, longitude_deg=-121.9, status=3, covariance=(4.0, 4.0, 9.0, 1.0, 1.0, 1.0), pdop=0.0):
@@ -48,16 +48,16 @@ def propeller(rpm, index=0):
     return UAVCAN.esc.Status(rpm=rpm, esc_index=index, voltage=48.0, current=3.0, temperature=300.0)
 
 
-def battery(voltage=48.0, current=3.0, charge=90):
-    return UAVCAN.power.BatteryInfo(voltage=voltage, current=current, state_of_charge_pct=charge)
+def battery(voltage=48.0, current=3.0, charge=90, which=0):
+    return UAVCAN.power.BatteryInfo(voltage=voltage, current=current, state_of_charge_pct=charge, battery_id=which)
 
 
 def hardpoint(status, load=NAN, which=0):
     return UAVCAN.hardpoint.Status(hardpoint_id=which, payload_weight=load, payload_weight_variance=NAN, status=status)
 
 
-def humidity(percent):
-    return dronecan.dronecan.sensors.hygrometer.Hygrometer(temperature=20.0, humidity=percent)
+def humidity(percent, which=0):
+    return dronecan.dronecan.sensors.hygrometer.Hygrometer(temperature=20.0, humidity=percent, id=which)
 
 
 GOOD = {

@@ -8,6 +8,8 @@ import math
 import dronecan
 import pytest
 
+from firmware_py.estimation.integrity.confirmation import hear_leak
+from firmware_py.estimation.integrity.source_watch import SourceWatch
 from firmware_py.records.sensing import fin_bit
 
 from .conftest import FIN_NAMES
@@ -188,6 +190,48 @@ def test_a_charge_beyond_full_is_unknown():
         heard = vehicle.read(0).battery
         assert heard.ok
         assert math.isnan(heard.value.remaining)
+
+
+SEVERAL = {  # role, field, message, unit, what the better and the worse one tell, when a silent one is left out, s
+    "hygrometers": ("battery", "leak", humidity, 0.01, (35, 100), 3.0),
+    "packs": ("battery", "battery", lambda charge, which: battery(charge=charge, which=which), 0.01, (80, 3), 3.0),
+    "altimeters": ("altimeter", "altitude", lambda metres, which: distance(metres, 1, which), 1.0, (9, 2), 1.0),
+}
+
+
+@pytest.mark.parametrize(("role", "field", "message", "unit", "tells", "timeout"), SEVERAL.values(), ids=SEVERAL)
+@pytest.mark.parametrize("worse", [0, 1])
+def test_of_several_sensors_of_a_node_the_worst_is_heard_while_it_speaks(
+    role, field, message, unit, tells, timeout, worse
+):
+    told = {}
+    with Vehicle() as vehicle:
+        for k in range(0, 1000, 10):
+            which = k // 10 % 2
+            if which != worse or 0 < k < 500:
+                vehicle.node(role).send(message(tells[which == worse], which))
+            one = getattr(vehicle.read(k), field)
+            assert one.ok or k == 0
+            if one.fresh:
+                told[k / 100] = round(getattr(one.value, "remaining", one.value) / unit)
+    beside, alone = ({t: told[t] for t in told if since <= t < until} for since, until in ((0.2, 5.0), (5.0, 10.0)))
+    assert ({*beside.values()}, len(beside)) == ({tells[1]}, 24)
+    assert {*alone.values()} == {tells[0]}
+    last_heard = 4.8 + 0.1 * worse
+    assert timeout < min(alone) - last_heard < timeout + 0.2
+
+
+@pytest.mark.parametrize("wet", [0, 1])
+def test_one_flooded_compartment_beside_a_dry_one_is_confirmed_to_be_wet(wet):
+    watch = SourceWatch(3.0, math.inf, 10)
+    with Vehicle() as vehicle:
+        for k in range(0, 2000, 50):
+            which = k // 50 % 2
+            vehicle.node("battery").send(humidity(100.0 if k > 1000 and which == wet else 35.0, which))
+            frame = vehicle.read(k)
+            if frame.leak.fresh:
+                hear_leak(frame.leak, k / 100, watch)
+        assert watch.screen(frame.leak).value == 1.0
 
 
 def test_servos_report_under_their_own_nodes_and_ids_and_with_their_own_angles():

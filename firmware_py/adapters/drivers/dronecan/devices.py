@@ -16,11 +16,12 @@ from firmware_py.adapters.drivers.dronecan.node_monitor import NodeMonitor
 from firmware_py.adapters.drivers.dronecan.node_watch import NodeWatch
 from firmware_py.adapters.drivers.dronecan.own_node import KeptNodeIds, OwnNode
 from firmware_py.adapters.drivers.dronecan.own_status import OwnStatus
+from firmware_py.adapters.drivers.dronecan.worst_of_several import WorstOfSeveral, altimeters, batteries, hygrometers
 from firmware_py.foreign_text import visible
 from firmware_py.marine import euler_from_quaternion
 from firmware_py.records.command import Applied
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.sensing import Ahrs, Battery, Fix, Hardpoint, Heard, NodeBits, PayloadReading
+from firmware_py.records.sensing import Ahrs, Fix, Hardpoint, Heard, NodeBits, PayloadReading
 from firmware_py.tick import Rate, Tick
 from firmware_py.wire.dronecan import equipment_messages as eq
 from firmware_py.wire.dronecan import message_table as m
@@ -36,7 +37,6 @@ ARMED, DISARMED = 255, 0
 SAFETY_ON, SAFETY_OFF = 0, 255
 PAYLOAD_PER_TICK = 32
 """Maximum number of payload readings taken in one tick; the others are left out, and counted."""
-VALID_RANGE = 1
 DROP_WEIGHT = 0
 """Hardpoint id of the drop weight."""
 RELEASE, HOLD = 0, 1
@@ -84,6 +84,7 @@ class DroneCan(Driver):
         """Whether the transfer that is being read is believed; if not, what it measures takes back what is held."""
         nodes, latency = params.nodes, params.latency
         self._turns = {device.number: device.mounting.turn() for device in params.devices if device.role == "ahrs"}
+        self._altimeters = {device.number: altimeters() for device in params.devices if device.role == "altitude"}
         measured: dict[str, tuple[m.MessageType[Any], Callable[[int, Any, float], None]]] = {
             "ahrs": (m.AHRS_SOLUTION, self._ahrs),
             "pressure": (m.STATIC_PRESSURE, self._pressure),
@@ -101,8 +102,8 @@ class DroneCan(Driver):
             },
             **{(m.ACTUATOR_STATUS, node): (partial(self._actuator, node), latency.servo_hub) for node in (hub, *own)},
             (m.ESC_STATUS, nodes.esc): (self._esc, latency.esc),
-            (m.BATTERY_INFO, nodes.battery): (self._battery, 0.0),
-            (m.HYGROMETER, nodes.battery): (self._hygrometer, 0.0),
+            (m.BATTERY_INFO, nodes.battery): (partial(self._worst, "battery", batteries()), 0.0),
+            (m.HYGROMETER, nodes.battery): (partial(self._worst, "leak", hygrometers()), 0.0),
             (m.HARDPOINT_STATUS, nodes.hardpoint): (self._hardpoint, 0.0),
             **{(m.NODE_STATUS, node): (partial(self._nodes.hear_status, node), 0.0) for node in self._nodes.names},
         }
@@ -262,8 +263,7 @@ class DroneCan(Driver):
         self._hear("pressure", Heard(value, t, True, math.isfinite(value)), number)
 
     def _range(self, number: int, message: eq.RangeMeasurement, t: float) -> None:
-        ok = message.reading_type == VALID_RANGE and math.isfinite(message.range)
-        self._hear("altitude", Heard(message.range, t, True, ok), number)
+        self._worst("altitude", self._altimeters[number], message, t, number)
 
     def _fix(self, number: int, message: eq.Fix2, t: float) -> None:
         fixed = message.status == FIX_3D
@@ -283,14 +283,11 @@ class DroneCan(Driver):
         if n is not None:
             self._hear("n", Heard(n, t, True, True))
 
-    def _battery(self, message: eq.BatteryInfo, t: float) -> None:
-        charge = message.state_of_charge_pct
-        value = Battery(message.voltage, message.current, charge / 100.0 if charge <= 100 else math.nan)
-        self._hear("battery", Heard(value, t, True, math.isfinite(message.voltage)))
-
-    def _hygrometer(self, message: eq.Hygrometer, t: float) -> None:
-        value = message.humidity / 100.0
-        self._hear("leak", Heard(value, t, True, math.isfinite(value)))
+    def _worst(self, role: str, several: WorstOfSeveral[Any], message: Any, t: float, number: int = 0) -> None:
+        """Take what one of several sensors of a node tells, if it is the one that counts."""
+        heard = several.hear(message, t, self._believed)
+        if heard is not None:
+            self._hear(role, heard, number)
 
     def _hardpoint(self, message: eq.HardpointStatus, t: float) -> None:
         if message.hardpoint_id == DROP_WEIGHT:
