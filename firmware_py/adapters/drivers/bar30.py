@@ -3,6 +3,11 @@
 The sensor converts for milliseconds and is never waited for: each tick begins or ends one step, which moves a few bytes
 (about 1 ms at 100 kHz). A transfer that nobody answers is done again, with ever longer pauses: long cables lose some.
 A sensor that has not answered for a while is begun with anew: it has lost its power, or is another one.
+
+Ticks that are caught up on after a late one follow at once, and a conversion may be read before its end. The answer is
+0, the conversion goes on with a wrong result, and one that is begun meanwhile is wrong too (data sheet, "Conversion
+sequence"). So after a 0 the sensor is left alone for a conversion, and the next result is not told: it only shows that
+the sensor is idle.
 """
 
 from __future__ import annotations
@@ -20,6 +25,7 @@ OVERSAMPLING = 4096
 """Converts for 9 ms."""
 MARGIN = 2e-3
 """A conversion is read so much later, s: ticks begin at uneven times."""
+CONVERTED_S = ms5837.CONVERSION_TIME[OVERSAMPLING] + MARGIN
 TEMPERATURE_S = 0.5
 """How often the temperature is converted too, s."""
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 5e-3, 0.25
@@ -89,9 +95,10 @@ class Bar30(Driver):
                 self._read_prom(t)
             elif not self._command:
                 self._convert(t)
-            elif t - self._t_step >= ms5837.CONVERSION_TIME[OVERSAMPLING] + MARGIN:
-                readings = self._end(self._prom)
-                self._convert(t)
+            elif t - self._t_step >= CONVERTED_S:
+                readings = self._end(self._prom, t)
+                if t >= self._t_next:
+                    self._convert(t)
         except OSError:
             self._unanswered += 1
             self._wait(t)
@@ -149,7 +156,7 @@ class Bar30(Driver):
         self._bus.write_byte(self._address, command)
         self._command, self._t_step = command, t
 
-    def _end(self, prom: Prom) -> list[Reading]:
+    def _end(self, prom: Prom, t: float) -> list[Reading]:
         """Read what was converted; it stays in the sensor until it is read, or the next conversion begins."""
         content = bytes(self._bus.read_i2c_block_data(self._address, ms5837.ADC_READ, 3))
         command, self._command = self._command, 0
@@ -158,11 +165,12 @@ class Bar30(Driver):
         except SentenceError:
             self._unready += 1
             self._unready_in_row += 1
+            self._t_next = t + CONVERTED_S
             if self._unready_in_row >= MOST_UNREADY:
                 self._lose()
             return []
-        self._unready_in_row = 0
-        return self._converted(command, value, prom)
+        doubtful, self._unready_in_row = self._unready_in_row > 0, 0
+        return [] if doubtful else self._converted(command, value, prom)
 
     def _converted(self, command: int, value: int, prom: Prom) -> list[Reading]:
         if command == ms5837.CONVERT_TEMPERATURE[OVERSAMPLING]:

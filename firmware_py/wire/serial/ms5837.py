@@ -2,7 +2,8 @@
 
 The host resets the sensor, reads the seven words of its PROM once, and then has pressure (D1) and temperature (D2)
 converted in turn: a command byte, a wait of `CONVERSION_TIME`, `ADC_READ`, three bytes, the most significant first. An
-answer before the end of a conversion is 0. Pressures are absolute, Pa; temperatures °C.
+answer before the end of a conversion is 0, and its result is then wrong, as is that of one that is begun before the end
+of another. Pressures are absolute, Pa; temperatures °C.
 
 Source: TE Connectivity, data sheets MS5837-30BA (rev. C2, 12/2019) and MS5837-02BA (rev. A8, 12/2019): commands,
 conversion times (the longer of both, those of the 30BA), PROM and its CRC-4, compensation of first and second order.
