@@ -71,12 +71,15 @@ class BusHealth:
         self._judge()
 
     def fail(self) -> None:
-        """Take that the interface is down, or gone."""
-        self._down = True
+        """Take that the interface is down, or gone: once it is brought up again its controller begins error-active."""
+        self._down, self._off, self._passive = True, False, False
         self._judge()
 
     def carry(self, received: bool) -> None:
-        """Take that a frame was taken, or `received`: the interface is up; by the latter the node is on the bus."""
+        """Take that a frame was taken, or `received`: the interface is up; by the latter the node is on the bus.
+
+        It may be error-passive all the same.
+        """
         self._down, self._off = False, self._off and not received
         self._judge()
 

@@ -63,5 +63,22 @@ def test_a_frame_that_came_ends_bus_off_and_one_that_was_taken_ends_down_alone()
     assert (health.sound, health.counts()) == (True, {"error_bus_off": 1})
 
 
+@pytest.mark.parametrize("reported", [PASSIVE, OFF])
+def test_an_interface_that_is_brought_up_again_begins_sound(reported) -> None:
+    health = BusHealth()
+    health.hear_error(ERROR | reported[0], bytes((0, reported[1], 0, 0, 0, 0, 0, 0)))
+    health.fail()
+    assert {*health.counts()} & {"down", "off", "passive"} == {"down"}
+    health.carry(received=False)
+    assert (health.sound, {*health.counts()} & {"down", "off", "passive"}) == (True, set())
+
+
+def test_a_frame_that_came_does_not_end_error_passive() -> None:
+    health = BusHealth()
+    health.hear_error(ERROR | PASSIVE[0], bytes((0, PASSIVE[1], 0, 0, 0, 0, 0, 0)))
+    health.carry(received=True)
+    assert health.counts() == {"error_passive": 1, "passive": 1}
+
+
 def test_an_error_frame_without_data_is_counted() -> None:
     assert error_kinds(ERROR | 0x004, b"") == ["error_controller"]
