@@ -6,8 +6,10 @@ import errno
 import itertools
 import math
 import os
+import struct
 import termios
 import tty
+from types import SimpleNamespace
 
 import pytest
 import serial
@@ -289,6 +291,36 @@ def test_a_device_that_is_plugged_in_again_is_heard_again_within_a_second(tmp_pa
         assert port.read(5.2).value.u == 2.0
         lost = port.losses()
         assert (lost["dvl_broken"], lost["dvl_breaks"], lost["dvl_malformed"]) == (0, 1, 0)
+        port.close()
+
+
+def test_line_errors_stay_as_they_were_counted_last_when_the_plug_is_pulled(tmp_path, monkeypatch):
+    """A driver of USB adapters counts from when its adapter was plugged in."""
+    counted = [1000]
+
+    def ioctl(_fd: int, _request: int, buffer: bytes) -> bytes:
+        if not counted:
+            raise OSError(errno.EIO, "Input/output error")
+        return struct.pack("20i", *[0] * 6, counted[0], *[0] * 13)
+
+    monkeypatch.setattr(serial_port, "fcntl", SimpleNamespace(ioctl=ioctl))
+    name = tmp_path / "dvl"
+    with SerialLine() as first:
+        name.symlink_to(first.path)
+        port = DvlLine(str(name))
+        counted[0] = 1040
+        assert port.losses()["dvl_line_errors"] == 40
+        name.unlink()
+    counted.clear()
+    assert port.losses()["dvl_line_errors"] == 40
+    port.read(1.0)
+    assert (port.broken, port.losses()["dvl_line_errors"]) == (True, 40)
+    counted.append(7)
+    with SerialLine() as second:
+        name.symlink_to(second.path)
+        port.read(5.0)
+        counted[0] = 9
+        assert (port.broken, port.losses()["dvl_line_errors"]) == (False, 42)
         port.close()
 
 

@@ -62,7 +62,7 @@ class SerialPort:
         self._port, self._baud = port, baud
         self._serial: Any = None
         self._t_tried = 0.0
-        self._breaks = self._line_errors = self._first_errors = self._not_sent = 0
+        self._breaks = self._line_errors = self._first_errors = self._last_errors = self._not_sent = 0
         self._name: object = None
         self.missing, self.openings = "", 0
         try:
@@ -151,17 +151,18 @@ class SerialPort:
     def _leave(self) -> None:
         if self._serial is not None:
             self._line_errors += self._count_line_errors() - self._first_errors
-            self._first_errors = 0
+            self._first_errors = self._last_errors = 0
             with contextlib.suppress(serial.SerialException, OSError):
                 self._serial.close()
             self._serial = None
 
     def _count_line_errors(self) -> int:
-        """Return what the UART's driver has counted; 0 where it counts nothing, as on a pseudo-terminal."""
-        if self._serial is None:
-            return 0
-        try:
-            counts = _ICOUNTS.unpack(fcntl.ioctl(self._serial.fileno(), _TIOCGICOUNT, bytes(_ICOUNTS.size)))
-        except (OSError, serial.SerialException, TypeError, ValueError):
-            return 0
-        return sum(counts[_ERRORS])
+        """Return what the UART's driver has counted; 0 where it counts nothing, as on a pseudo-terminal.
+
+        Of an adapter that has just been unplugged it is what it counted last.
+        """
+        if self._serial is not None:
+            with contextlib.suppress(OSError, serial.SerialException, TypeError, ValueError):
+                counts = _ICOUNTS.unpack(fcntl.ioctl(self._serial.fileno(), _TIOCGICOUNT, bytes(_ICOUNTS.size)))
+                self._last_errors = sum(counts[_ERRORS])
+        return self._last_errors
