@@ -14,7 +14,7 @@ from firmware_py.error_text import quoted
 from firmware_py.params import ParamError, param
 from firmware_py.records.sensing import NODE_OF
 from firmware_py.wire.canopen.fin_drive import CanOpenParams
-from firmware_py.wire.dronecan.fin_servo import FinServoParams
+from firmware_py.wire.dronecan.fin_servo import FinServoParams, refuse_shared_ids
 from firmware_py.wire.dronecan.propeller_drive import PropellerParams
 from firmware_py.wire.serial.dynamixel_fins import DynamixelParams
 
@@ -97,6 +97,7 @@ class IoParams:
             if one.node in taken and one.node != self.nodes.servo_hub:
                 name, other = f"fins: {one.name} = {one.node}", taken[one.node]
                 raise ParamError(f"{name}: is {other} already; every node needs an id of its own")
+        refuse_shared_ids(self.fins, self.nodes.servo_hub)
         ports = {line_of(self.dynamixel.port): "dynamixel"} if self.dynamixel.fins else {}
         for i, instrument in enumerate(self.instruments):
             key = f"instruments[{i}]"

@@ -137,6 +137,7 @@ def test_a_propeller_may_be_told_a_share_of_its_full_speed():
         ({0: {"name": "rudder_lower"}}, "fins: rudder_lower: stands there twice"),
         ({0: {"id": 4}}, "fins: stern_port and rudder_lower obey the same actuator id 4"),
         ({0: {"status_id": 4}}, "fins: stern_port and rudder_lower report under the same node and id 4"),
+        ({0: {"status_id": 4, "node": 21}}, "fins: stern_port and rudder_lower report under the same node and id 4"),
         ({0: {"travel_deg": 20.0}}, "travel_deg = 20: the servo must turn to 23 deg for the fin's delta_max_deg = 23"),
         ({0: {"node": 23}}, "fins: stern_port = 23: is nodes.ahrs already"),
     ],

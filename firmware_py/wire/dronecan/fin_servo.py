@@ -160,17 +160,24 @@ def servos_of(declared: Sequence[FinServoParams], fins: Sequence[str]) -> tuple[
     """Return the servo of each fin, in the order of vehicle.toml; without [[fins]]: ids of the hub from 0, in radians.
 
     Raises:
-        ParamError: a fin without an entry, an entry without a fin, or two of one id.
+        ParamError: a fin without an entry, an entry without a fin, or twice.
     """
     if not declared:
         return tuple([FinServo(FinServoParams(name=name, id=i)) for i, name in enumerate(fins)])
-    entries = by_fin("fins", declared, fins)
+    return tuple(map(FinServo, by_fin("fins", declared, fins)))
+
+
+def refuse_shared_ids(declared: Sequence[FinServoParams], hub: int) -> None:
+    """Refuse fins that obey one actuator id, or report under one of a node; `hub` is that of those that name none.
+
+    Raises:
+        ParamError: two of one id.
+    """
     commanded: dict[int, str] = {}
     reports: dict[tuple[int, int], str] = {}
     for one in declared:
         if commanded.setdefault(one.id, one.name) != one.name:
             raise ParamError(f"fins: {commanded[one.id]} and {one.name} obey the same actuator id {one.id}")
-        key = one.node, FinServo(one).status_id
+        key = one.node or hub, FinServo(one).status_id
         if reports.setdefault(key, one.name) != one.name:
             raise ParamError(f"fins: {reports[key]} and {one.name} report under the same node and id {key[1]}")
-    return tuple(map(FinServo, entries))
