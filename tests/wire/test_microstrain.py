@@ -121,7 +121,7 @@ def test_every_field_of_the_filter_is_read(angles, quaternion, rates, time, stat
     )
     expected = Attitude(angles, quaternion, rates, time / 1e9, 345600.25, valid, state, flags, True)
     assert decode(content) == expected
-    assert expected.usable == (valid and state > 1)
+    assert expected.usable == (valid and state > 2)
 
 
 @given(three, four, three)
@@ -162,9 +162,21 @@ def test_what_is_written_is_read(angles, quaternion, rates, time, filtered, stat
     assert back.time == pytest.approx(sent.time, rel=1e-14, nan_ok=True)
 
 
-@pytest.mark.parametrize(("state", "usable"), [(-1, True), (0, False), (1, False), (2, True), (3, True), (4, True)])
-def test_a_filter_that_starts_is_not_used(state, usable):
+@pytest.mark.parametrize(("state", "usable"), [(-1, True), (0, False), (1, False), (2, False), (3, True), (4, True)])
+def test_the_filter_of_a_newer_family_is_used_once_it_knows_its_heading(state, usable):
     assert decode(encode(ATTITUDE._replace(state=state))).usable == usable
+
+
+@pytest.mark.parametrize(("state", "usable"), [(0, False), (1, False), (2, True), (3, False), (4, False)])
+def test_the_filter_of_an_older_family_is_used_while_it_calls_its_solution_valid(state, usable):
+    """It knows the GPS time stamp of its own set alone, and no reference time."""
+    told = packet(
+        FILTER,
+        b"\x11" + struct.pack(">dHH", 345600.25, 2300, 1),
+        b"\x05" + struct.pack(">3fH", 0.5, -0.25, 3.0, 1),
+        b"\x10" + struct.pack(">3H", state, 1, 0),
+    )
+    assert decode(told).usable == usable
 
 
 def test_what_the_device_does_not_vouch_for_is_not_used():

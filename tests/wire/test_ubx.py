@@ -7,7 +7,7 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyubx2 import GET, SET, UBXMessage, UBXReader
+from pyubx2 import GET, SET, UBX_MSGIDS, UBXMessage, UBXReader
 
 from firmware_py.wire.serial import ubx, ubx_config
 from firmware_py.wire.serial.stream import ChecksumError, SentenceError
@@ -188,6 +188,14 @@ def test_older_receivers_are_switched_on_by_the_packets_of_the_description():
     message = bytes.fromhex("b562060103000107011351")
     assert ubx_config.switch_on_older(5.0) == rate + message
     assert UBXReader.parse(rate, msgmode=SET).measRate == 200
+
+
+def test_older_receivers_are_told_in_words_of_a_judge_to_send_no_sentences():
+    packets = ubx_config.sentences_off_older()
+    each = [packets[k : k + 11] for k in range(0, len(packets), 11)]
+    assert [UBXReader.parse(one, msgmode=SET).identity for one in each] == ["CFG-MSG"] * 6
+    assert [UBX_MSGIDS[one[6:8]] for one in each] == ["GGA", "GLL", "GSA", "GSV", "RMC", "VTG"]
+    assert [one[8] for one in each] == [0] * 6
 
 
 def test_what_cannot_be_asked_for_is_refused():

@@ -33,6 +33,7 @@ def _stamp(message: NavPvt | ubx.Ack) -> float:
 TALK = Talk(
     (
         *[ubx_config.switch_on(RATE_HZ, port) for port in ("uart1", "usb")],
+        ubx_config.sentences_off_older(),  # at this rate they leave NAV-PVT no room at 38,400 baud
         ubx_config.set_rate_older(RATE_HZ),
         ubx_config.message_rate_older(ubx.NAV_PVT, 1),
     )

@@ -54,6 +54,8 @@ _FIELDS: Final = {
 _OLD_FORMAT = {SENSOR: 0x08, FILTER: 0x0A}
 _OLD_STREAM = {SENSOR: 0x01, FILTER: 0x03}
 _WRITE = b"\x01"
+_VALID_OLDER, _HEADING_KNOWN = 2, 3
+"""State of the filter of a GX5, CX5 or CV5 that is right; least one of that of a CV7 or GQ7 that knows its heading."""
 
 
 class Attitude(NamedTuple):
@@ -67,7 +69,7 @@ class Attitude(NamedTuple):
         week_time: seconds of the week; without GPS it is the device's own clock.
         valid: the device calls every one of the fields that were sent valid; those of the sensors say nothing, and are.
         state: of the filter. 0 starting, 1 initializing; then by family: GX5, CX5, CV5 2 valid, 3 error; CV7, GQ7
-            2 roll and pitch only, 3 attitude and heading, 4 full navigation.
+            2 vertical gyro, whose heading counts from switch-on, 3 attitude and heading, 4 full navigation.
         flags: warnings of the filter, bits that differ by family too.
         filtered: from the estimation filter, not the sensors.
     """
@@ -84,9 +86,13 @@ class Attitude(NamedTuple):
 
     @property
     def usable(self) -> bool:
-        """Return True if an attitude is known and valid, and the filter is not known to be starting."""
+        """Return True if an attitude is known and valid, and the filter does not say that it has no heading, or fails.
+
+        The families CV7 and GQ7 alone know the reference time.
+        """
         known = math.isfinite(sum(self.angles)) or math.isfinite(sum(self.quaternion))
-        return known and self.valid and self.state not in (0, 1)
+        runs = self.state == _VALID_OLDER if math.isnan(self.time) else self.state >= _HEADING_KNOWN
+        return known and self.valid and (runs or self.state < 0)
 
 
 def decode(packet: bytes) -> Attitude | None:

@@ -25,6 +25,8 @@ RAM = 1
 """Layer of the configuration that is lost without power."""
 _BYTES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8}
 """Size of a value by bits 28 to 30 of its key: a truth value, then 1, 2, 4 and 8 bytes."""
+_SENTENCES = (b"\xf0\x00", b"\xf0\x01", b"\xf0\x02", b"\xf0\x03", b"\xf0\x04", b"\xf0\x05")
+"""What an older receiver sends from the factory: GGA, GLL, GSA, GSV, RMC, VTG."""
 RATES = (0.1, 25.0)
 """Lowest and highest rate that may be asked for, Hz; the highest that a receiver reaches is in its data sheet."""
 
@@ -77,6 +79,11 @@ def switch_on_older(rate: float) -> bytes:
 def set_rate_older(rate: float) -> bytes:
     """Return CFG-RATE: period in ms, one fix for each measurement, aligned with GPS time."""
     return packet(CFG_RATE, _period(rate).to_bytes(2, "little") + b"\x01\x00\x01\x00")
+
+
+def sentences_off_older() -> bytes:
+    """Return the packets that switch the sentences of the factory off, on the port that they come in by."""
+    return b"".join([message_rate_older(sentence, 0) for sentence in _SENTENCES])
 
 
 def message_rate_older(kind: bytes, every: int) -> bytes:

@@ -8,7 +8,7 @@ from firmware_py.adapters.drivers.microstrain_ahrs import MICROSTRAIN
 from tests.contract.device import ATTITUDES, FAR_ATTITUDES, Device, damaged
 
 
-def encode(truth, clock, state=2, valid=1) -> bytes:
+def encode(truth, clock, state=3, valid=1) -> bytes:
     contents = (
         (0xD5, struct.pack(">Q", round(clock * 1e9))),
         (0x05, struct.pack(">3fH", *truth[:3], valid)),
@@ -29,6 +29,7 @@ DEVICE = Device(
     damaged,
     (
         encode(ATTITUDES[0], 1.0, state=1),
+        encode(ATTITUDES[0], 1.0, state=2),
         encode(ATTITUDES[0], 1.0, valid=0),
         encode(ATTITUDES[0]._replace(r=math.inf), 1.0),
     ),
