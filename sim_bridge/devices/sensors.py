@@ -86,7 +86,7 @@ class Sensor(Generic[P, V]):
         self.corruptions: list[Corruption] = []
         """Faults, applied to each reading in order."""
         self.extra_delay = 0
-        """A fault: so many ticks more latency."""
+        """A fault: so many ticks more latency. When it ends, a reading that a newer one overtakes is lost."""
         self._errors: list[list[float]] = []
         self._lost: list[bool] = []
         self._in_transit: deque[tuple[int, Reading[V]]] = deque()
@@ -108,7 +108,10 @@ class Sensor(Generic[P, V]):
             for corrupt in self.corruptions:
                 reading = corrupt(reading) if reading else None
             if reading:
-                in_transit.append((k + self._delay + self.extra_delay, reading))
+                due_k = k + self._delay + self.extra_delay
+                while in_transit and in_transit[-1][0] >= due_k:  # once the latency has shrunk: overtaken
+                    in_transit.pop()
+                in_transit.append((due_k, reading))
         if in_transit and in_transit[0][0] <= k:
             return in_transit.popleft()[1]
         return None

@@ -9,7 +9,7 @@ from typing import Any
 from sim_bridge.devices.sensors import Corruption
 from sim_bridge.faults import sensor_faults
 from sim_bridge.faults.channels import sensor_of
-from sim_bridge.faults.target import Begin, End, FaultTarget, Strike
+from sim_bridge.faults.target import Effect, End, FaultTarget, Strike
 
 _FAR = 10.0
 """A fin angle, rad, beyond the travel of every servo."""
@@ -82,8 +82,13 @@ def not_a_number(run: FaultTarget, strike: Strike) -> End:
 
 def late(run: FaultTarget, strike: Strike) -> End:
     """Deliver a sensor's values later."""
-    sensor = run.sensors[strike.target]
-    return _set(sensor, "extra_delay", sensor.extra_delay + round(strike.value / run.plant.dt))
+    sensor, ticks = run.sensors[strike.target], round(strike.value / run.plant.dt)
+    sensor.extra_delay += ticks
+
+    def end() -> None:
+        sensor.extra_delay -= ticks
+
+    return end
 
 
 def sensor_loss(run: FaultTarget, strike: Strike) -> End:
@@ -182,9 +187,18 @@ def weight_stuck(run: FaultTarget, _strike: Strike) -> End:
 
 def current(run: FaultTarget, strike: Strike) -> End:
     """Change the mean current along one axis."""
-    axis = ("current.north", "current.east").index(strike.target)
-    north, east, down = run.plant.environment.mean
-    return _set(run.plant.environment, "mean", (north, strike.value, down) if axis else (strike.value, east, down))
+    environment = run.plant.environment
+
+    def flow(value: float) -> float:
+        north, east, down = environment.mean
+        if strike.target == "current.north":
+            environment.mean = (value, east, down)
+            return north
+        environment.mean = (north, value, down)
+        return east
+
+    before = flow(strike.value)
+    return lambda: flow(before)
 
 
 def ballast(run: FaultTarget, strike: Strike) -> End:
@@ -219,36 +233,36 @@ def _damage(run: FaultTarget, fin: int, share: float) -> End:
     return lambda: run.plant.damage(fin, before)
 
 
-EFFECTS: Mapping[tuple[str, str], Begin] = {
-    ("off", "SENSOR"): switch_off,
-    ("off", "ACTUATORS"): switch_off,
-    ("off", "bus"): bus_down,
-    ("freeze", "SENSOR"): freeze,
-    ("nan", "SENSOR"): not_a_number,
-    ("late", "SENSOR"): late,
-    ("lossy", "SENSOR"): sensor_loss,
-    ("lossy", "bus"): bus_loss,
-    ("babble", "bus"): bus_babble,
-    ("bias", "CHANNEL"): bias,
-    ("drift", "CHANNEL"): drift,
-    ("set", "CHANNEL"): constant,
-    ("noise", "CHANNEL"): noise,
-    ("spike", "CHANNEL"): spike,
-    ("duplicate", "CHANNEL"): duplicate,
-    ("duplicate", "autopilot"): duplicate_autopilot,
-    ("critical", "NODE"): worsen_health,
-    ("silent", "NODE"): silence,
-    ("silent", "FIN"): silence_fin,
-    ("jam", "FIN"): jam,
-    ("hard-over", "FIN"): hard_over,
-    ("lost", "FIN"): fin_lost,
-    ("weak", "FIN"): weak,
-    ("slow", "FIN"): slow,
-    ("loose", "FIN"): loose,
-    ("lost", "propeller"): propeller_lost,
-    ("stuck", "propeller"): propeller_stuck,
-    ("stuck", "weight"): weight_stuck,
-    ("set", "CURRENT"): current,
-    ("ballast", "BALLAST"): ballast,
+EFFECTS: Mapping[tuple[str, str], Effect] = {
+    ("off", "SENSOR"): Effect(switch_off, "power"),
+    ("off", "ACTUATORS"): Effect(switch_off, "power"),
+    ("off", "bus"): Effect(bus_down, "power"),
+    ("freeze", "SENSOR"): Effect(freeze),
+    ("nan", "SENSOR"): Effect(not_a_number),
+    ("late", "SENSOR"): Effect(late),
+    ("lossy", "SENSOR"): Effect(sensor_loss),
+    ("lossy", "bus"): Effect(bus_loss, "loss"),
+    ("babble", "bus"): Effect(bus_babble, "babble"),
+    ("bias", "CHANNEL"): Effect(bias),
+    ("drift", "CHANNEL"): Effect(drift),
+    ("set", "CHANNEL"): Effect(constant),
+    ("noise", "CHANNEL"): Effect(noise),
+    ("spike", "CHANNEL"): Effect(spike),
+    ("duplicate", "CHANNEL"): Effect(duplicate),
+    ("duplicate", "autopilot"): Effect(duplicate_autopilot),
+    ("critical", "NODE"): Effect(worsen_health, "health"),
+    ("silent", "NODE"): Effect(silence, "reports"),
+    ("silent", "FIN"): Effect(silence_fin, "reports"),
+    ("jam", "FIN"): Effect(jam, "angle"),
+    ("hard-over", "FIN"): Effect(hard_over, "angle"),
+    ("lost", "FIN"): Effect(fin_lost, "force"),
+    ("weak", "FIN"): Effect(weak, "force"),
+    ("slow", "FIN"): Effect(slow, "rate"),
+    ("loose", "FIN"): Effect(loose, "play"),
+    ("lost", "propeller"): Effect(propeller_lost, "thrust"),
+    ("stuck", "propeller"): Effect(propeller_stuck, "shaft"),
+    ("stuck", "weight"): Effect(weight_stuck, "weight"),
+    ("set", "CURRENT"): Effect(current, "flow"),
+    ("ballast", "BALLAST"): Effect(ballast),
 }
-"""By name and group of the kind."""
+"""By name and group of the kind. Of what replaces the same of a target, the newest is in force (`overlap`)."""

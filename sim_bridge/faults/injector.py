@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,6 +14,7 @@ from sim_bridge.devices.sensors import Sensor
 from sim_bridge.faults.checks import refuse_absent
 from sim_bridge.faults.effects import EFFECTS
 from sim_bridge.faults.fault import Fault
+from sim_bridge.faults.overlap import Overlap
 from sim_bridge.faults.target import DeviceFaults, End, NodeFaults, Strike
 from sim_bridge.plant.plant import Plant, PlantError
 
@@ -60,6 +63,7 @@ class FaultInjector:
         refuse_absent(plant_s, self._fins, sensors, None if nodes is None else nodes.nodes)
         self._pending = sorted(plant_s, key=lambda fault: fault.t, reverse=True)
         self._ends: list[tuple[float, End]] = []
+        self._overlaps: defaultdict[tuple[str, str], Overlap] = defaultdict(Overlap)
         self.next_t = self._next()
 
     @property
@@ -83,8 +87,10 @@ class FaultInjector:
         while self._pending and self._pending[-1].t <= t + _SLACK:
             fault = self._pending.pop()
             random = np.random.Generator(np.random.PCG64(np.random.SeedSequence([self._seed, *fault.text.encode()])))
-            begin = EFFECTS[fault.kind.name, fault.kind.group]
-            end = begin(self, Strike(fault.target, fault.value, math.isinf(fault.duration), random))
+            effect = EFFECTS[fault.kind.name, fault.kind.group]
+            strike = Strike(fault.target, fault.value, math.isinf(fault.duration), random)
+            begin = partial(effect.begin, self, strike)
+            end = self._overlaps[effect.replaces, fault.target].add(begin) if effect.replaces else begin()
             if math.isfinite(fault.duration):
                 self._ends.append((fault.t + fault.duration, end))
         self.next_t = self._next()

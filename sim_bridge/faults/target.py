@@ -88,3 +88,15 @@ class Strike(NamedTuple):
 
 
 Begin: TypeAlias = Callable[[FaultTarget, Strike], End]
+
+
+class Effect(NamedTuple):
+    """What a kind of fault does.
+
+    Attributes:
+        begin: lets it begin.
+        replaces: what of its target it puts something else in place of; "" if its effects add up.
+    """
+
+    begin: Begin
+    replaces: str = ""

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import re
+import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from firmware_py.marine import Eta, Nu
-from firmware_py.params import ParamError
+from firmware_py.params import ParamError, load
 from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix
 from sim_bridge.devices.faulty_bus import FaultyBus
 from sim_bridge.devices.sensors import Reading, Sensor, Timing
@@ -17,7 +19,14 @@ from sim_bridge.faults.catalogue import GROUPS, KINDS, help_text
 from sim_bridge.faults.channels import CHANNELS
 from sim_bridge.faults.effects import EFFECTS
 from sim_bridge.faults.fault import parse_fault
+from sim_bridge.faults.injector import FaultInjector
 from sim_bridge.faults.sensor_faults import changed, frozen, lost, not_a_number, spike
+from sim_bridge.plant.environment import Environment, EnvironmentParams
+from sim_bridge.plant.plant import Plant
+from sim_bridge.plant.truth import Truth
+
+CONFIG = Path(__file__).resolve().parents[3] / "configs" / "npsauv2" / "truth.toml"
+TRUTH = load(Truth, tomllib.loads(CONFIG.read_text()), "truth.toml")
 
 
 def test_a_fault_is_read_in_the_units_of_its_target():
@@ -127,6 +136,20 @@ def test_a_late_sensor_delivers_what_was_true_then():
     assert [(k, value) for k, value, _ in readings(sensor, 50)] == [(27, 0.0), (37, 1.0), (47, 2.0)]
 
 
+@pytest.mark.parametrize("rate", [100, 10])
+def test_a_sensor_that_is_no_longer_late_delivers_what_is_new_and_never_what_is_older(rate):
+    sensor = Sensor("clock", Timing(rate, 0.02), lambda _plant, _e: 0.0, (0.0,), (0.0,), 1, 100)
+    sensor.extra_delay = 25
+    late = readings(sensor, 200)
+    assert {k - round(100 * t) for k, _, t in late} == {27}
+    sensor.extra_delay = 0
+    after = readings(sensor, 100, 200)
+    times = [t for _, _, t in late + after]
+    assert times == sorted(set(times))
+    punctual = [(k, round(100 * t)) for k, _, t in after if k >= 202]
+    assert punctual == [(k, k - 2) for k in range(202, 300, 100 // rate)]
+
+
 def test_a_share_of_readings_is_lost_and_all_of_them_at_one():
     random = np.random.Generator(np.random.PCG64(1))
     some, every = lost(0.3, random), lost(1.0, random)
@@ -202,3 +225,78 @@ def test_the_bus_loses_babbles_and_falls_silent():
     bus.send([(1, b"a")])
     assert len(wire.sent) in (2549, 2550)
     assert bus.drain(10) == []
+
+
+class Hub:
+    """Devices of which faults only take the power."""
+
+    def __init__(self):
+        self.powered = True
+
+    def switch_off(self, _device):
+        self.powered = False
+        return lambda: setattr(self, "powered", True)
+
+
+def fins_force(plant):
+    """What is left of the force of the first fin."""
+    share = plant.damage(0, 1.0)
+    plant.damage(0, share)
+    return share
+
+
+@pytest.mark.parametrize(
+    ("faults", "shown", "expected"),
+    [
+        (
+            ("set:current.north=0.3@10+20", "set:current.east=0.2@15+30"),
+            lambda run: run.plant.environment.mean[:2],
+            {9: (0.1, 0.0), 12: (0.3, 0.0), 20: (0.3, 0.2), 35: (0.1, 0.2), 50: (0.1, 0.0)},
+        ),
+        (
+            ("set:current.north=0.3@10+20", "set:current.north=0.5@15+30"),  # the second ends last
+            lambda run: run.plant.environment.mean[0],
+            {12: 0.3, 20: 0.5, 35: 0.5, 50: 0.1},
+        ),
+        (
+            ("set:current.north=0.3@10+40", "set:current.north=0.5@15+10"),  # the first does
+            lambda run: run.plant.environment.mean[0],
+            {12: 0.3, 20: 0.5, 30: 0.3, 60: 0.1},
+        ),
+        (
+            ("weak:F=50@10+20", "lost:F@15+30", "weak:F=20@20+5"),
+            lambda run: fins_force(run.plant),
+            {12: 0.5, 17: 0.0, 22: 0.2, 27: 0.0, 35: 0.0, 50: 1.0},
+        ),
+        (
+            ("jam:F=10@10+20", "hard-over:F@15+30"),
+            lambda run: run.override([0.0] * 4, 0.0)[0][0],
+            {12: math.radians(10.0), 20: 10.0, 35: 10.0, 50: 0.0},
+        ),
+        (
+            ("stuck:propeller@10+20", "stuck:propeller@15+30"),
+            lambda run: run.override([0.0] * 4, 5.0)[1],
+            {9: 5.0, 12: 0.0, 35: 0.0, 50: 5.0},
+        ),
+        (
+            ("off:esc@10+20", "off:esc@15+30"),
+            lambda run: run.devices.powered,
+            {9: True, 12: False, 35: False, 50: True},
+        ),
+        (
+            ("late:ahrs=0.5@10+20", "late:ahrs=0.2@15+30"),
+            lambda run: run.sensors["ahrs"].extra_delay,
+            {12: 50, 20: 70, 35: 20, 50: 0},
+        ),
+    ],
+)
+def test_of_faults_that_overlap_each_ends_alone(faults, shown, expected):
+    plant = Plant(TRUTH, Environment(EnvironmentParams(current_ned=(0.1, 0.0, 0.0)), 1, 0.01), 0.01)
+    texts = [text.replace(":F", f":{TRUTH.fins[0].name}") for text in faults]
+    run = FaultInjector(map(parse_fault, texts), plant, Hub(), {"ahrs": clock()}, 1)
+    found = {}
+    for t in range(61):
+        run.update(float(t))
+        if t in expected:
+            found[t] = shown(run)
+    assert found == expected

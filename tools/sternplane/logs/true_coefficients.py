@@ -99,22 +99,24 @@ def _shares(header: Mapping[str, Any], t: Array) -> tuple[Array, Array]:
 def _effectiveness(header: Mapping[str, Any]) -> tuple[Array, Array]:
     """Return times, s, (steps,), and what each fin has from then on, (steps, fins).
 
-    As in the plant the end of a fault gives the fin back what it had when that fault began.
+    As in the plant the newest fault of a fin is in force; of those that begin together, the first that is written.
     """
-    names = [fin["name"] for fin in header["truth"]["fins"]]
-    now = np.array([fin["effectiveness"] for fin in header["truth"]["fins"]], dtype=float)
-    faults = [one for one in faults_of(header) if one.kind.group == "FIN" and one.kind.name in _LEAVES]
+    built = {fin["name"]: float(fin["effectiveness"]) for fin in header["truth"]["fins"]}
+    faults = [one for one in faults_of(header) if one.target in built and one.kind.name in _LEAVES][::-1]
     changes = [(one.t, True, i) for i, one in enumerate(faults)]
     changes += [(one.t + one.duration, False, i) for i, one in enumerate(faults) if math.isfinite(one.duration)]
-    since, left, before = [-math.inf], [now.copy()], np.ones(len(faults))
+    now, in_force = dict(built), list[int]()
+    since, left = [-math.inf], [list(now.values())]
     for t, begins, i in sorted(changes):
-        if faults[i].target not in names:
-            continue
-        fin, share = names.index(faults[i].target), _LEAVES[faults[i].kind.name]
-        if begins:
-            before[i], now[fin] = now[fin], faults[i].value if share is None else share
-        else:
-            now[fin] = before[i]
+        (in_force.append if begins else in_force.remove)(i)
+        fin = faults[i].target
+        shares = [_share(faults[j]) for j in in_force if faults[j].target == fin]
+        now[fin] = shares[-1] if shares else built[fin]
         since.append(t)
-        left.append(now.copy())
+        left.append(list(now.values()))
     return np.array(since), np.array(left)
+
+
+def _share(fault: Fault) -> float:
+    share = _LEAVES[fault.kind.name]
+    return fault.value if share is None else share
