@@ -15,6 +15,8 @@ from sim_bridge.plant.plant import Plant
 _FIELD_AT_EQUATOR = 0.294048
 """Of the earth's axial dipole, gauss: g_1^0 of IGRF-13 for 2020."""
 _UNKNOWN_U16 = 65535
+_UNKNOWN_CHARGE = -1
+_INT32_MAX = 2147483647.0
 _NO_FIX, _FIX_3D = 1, 3
 _INVALID_SIGNAL, _PERFECT_SIGNAL = 1, 100
 
@@ -58,8 +60,11 @@ def state_quaternion(plant: Plant, measured: tuple[Ahrs, Dvl], origin: Origin, t
 
 
 def gps(fix: Fix | None, plant: Plant, time_us: int) -> Any:
-    """Return HIL_GPS: position of the receiver, its error as `eph` in cm (as PX4 reads it), the true velocity."""
-    if fix is None:
+    """Return HIL_GPS: position of the receiver, its error as `eph` in cm (as PX4 reads it), the true velocity.
+
+    A position that is not finite is no fix.
+    """
+    if fix is None or not math.isfinite(fix.latitude + fix.longitude):
         unknown = (_UNKNOWN_U16,) * 3
         return dialect.MAVLink_hil_gps_message(time_us, _NO_FIX, 0, 0, 0, *unknown, 0, 0, 0, _UNKNOWN_U16, 0)
     north, east, down = body_to_ned(*plant.eta[3:], *plant.nu[:3])
@@ -107,18 +112,20 @@ def drop_weight(load: float, time_ms: int) -> Any:
 
 
 def battery_status(battery: Battery) -> Any:
-    """Return BATTERY_STATUS."""
+    """Return BATTERY_STATUS: the charge within 0 to 100 %, or unknown if it is NaN."""
     whole = round(1e3 * battery.voltage)  # what exceeds one field continues in the next
     first = min(max(whole, 0), _UNKNOWN_U16 - 1)
     voltages = (first, whole - first if whole > first else _UNKNOWN_U16, *(_UNKNOWN_U16,) * 8)
-    charge = round(100.0 * battery.remaining)
+    percent = clip(100.0 * battery.remaining, 0.0, 100.0)
+    charge = _UNKNOWN_CHARGE if math.isnan(percent) else round(percent)
     kind = (0, dialect.MAV_BATTERY_FUNCTION_ALL, dialect.MAV_BATTERY_TYPE_UNKNOWN, 32767)
     return dialect.MAVLink_battery_status_message(*kind, voltages, _int16(100.0 * battery.current), -1, -1, charge)
 
 
 def _degrees_e7(angle: float) -> int:
-    return round(math.degrees(angle) * 1e7)
+    return round(clip(math.degrees(angle) * 1e7, -_INT32_MAX, _INT32_MAX))
 
 
 def _int16(value: float) -> int:
+    """Return a field; 0 for a velocity of an attitude that is NaN, which nobody can turn back into the body frame."""
     return round(clip(value, -32767.0, 32767.0)) if math.isfinite(value) else 0

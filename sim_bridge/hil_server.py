@@ -63,12 +63,13 @@ def refuse_faults(scenario: Scenario) -> None:
     """Raise ParamError if a fault concerns what this interface does not have.
 
     Attitude and velocity come as one message without latency: they can be wrong, but not lost or late by themselves.
+    The velocity is in whole numbers, none of which says that it is unknown.
     """
     for fault in scenario.injected:
         name, target = fault.kind.name, fault.target
         if not fault.kind.on_hil:
             raise ParamError(f"fault {fault.text}: mavlink-hil has no {target}")
-        if (target == "dvl" and name in ("off", "late", "lossy")) or (target == "ahrs" and name == "late"):
+        if (target == "dvl" and name in ("off", "late", "lossy", "nan")) or (target == "ahrs" and name == "late"):
             raise ParamError(f"fault {fault.text}: mavlink-hil has no {target}; its values come with the truth")
 
 

@@ -24,7 +24,7 @@ from sim_bridge import build, hil_server
 from sim_bridge.devices.devices import DevicesParams
 from sim_bridge.devices.instruments import Instruments, Water
 from sim_bridge.devices.serial_line import SerialLine
-from sim_bridge.faults.sensor_faults import changed
+from sim_bridge.faults.sensor_faults import changed, not_a_number
 from sim_bridge.hil_messages import specific_force
 from sim_bridge.hil_server import HilDevices, HilServer, refuse_faults, time_at
 from sim_bridge.plant.truth import Truth
@@ -278,7 +278,14 @@ def test_what_has_no_power_is_not_heard(simulator: Simulator, device: str) -> No
 
 
 def test_a_dvl_cannot_be_switched_off_where_there_is_none() -> None:
-    for fault in ("off:dvl@10", "late:dvl=1@10", "late:ahrs=1@10", "babble:bus=100@10", "jump:clock=1@10"):
+    for fault in (
+        "off:dvl@10",
+        "late:dvl=1@10",
+        "nan:dvl@10",  # a velocity in whole numbers is always one
+        "late:ahrs=1@10",
+        "babble:bus=100@10",
+        "jump:clock=1@10",
+    ):
         with pytest.raises(ParamError, match=f"fault {fault}: mavlink-hil has no"):
             refuse_faults(dataclasses.replace(scenario(), faults=(fault,)))
 
@@ -299,6 +306,32 @@ def test_leak_and_battery_at_a_time_are_told(simulator: Simulator) -> None:
     assert heard["NAMED_VALUE_FLOAT"][0].name == "LEAK"
     assert heard["NAMED_VALUE_FLOAT"][0].value == 1.0
     assert heard["BATTERY_STATUS"][0].battery_remaining == 5
+
+
+def test_what_is_not_a_number_is_told_as_unknown(simulator: Simulator) -> None:
+    simulator.plant.eta = Eta(0.0, 0.0, 0.1, 0.0, 0.0, 0.0)
+    for name in ("fix", "battery", "altimeter", "leak", "pressure"):
+        simulator.instruments.by_name[name].corruptions.append(not_a_number(name))
+    heard = simulator.says()
+    assert (heard["HIL_GPS"][0].fix_type, heard["HIL_GPS"][0].eph) == (1, 65535)
+    assert heard["BATTERY_STATUS"][0].battery_remaining == -1
+    assert heard["DISTANCE_SENSOR"][0].signal_quality == 1
+    assert math.isnan(heard["NAMED_VALUE_FLOAT"][0].value)
+    assert math.isnan(heard["HIL_SENSOR"][0].abs_pressure)
+
+
+@pytest.mark.parametrize(("charge", "percent"), [(1.0, 100), (3.0, 100), (-3.0, 0)])
+def test_a_charge_beyond_what_a_battery_holds_is_told_as_full_or_empty(
+    simulator: Simulator, charge: float, percent: int
+) -> None:
+    simulator.instruments.battery.corruptions.append(changed("battery", lambda _x, _t: charge))
+    assert simulator.says()["BATTERY_STATUS"][0].battery_remaining == percent
+
+
+def test_a_fix_beyond_the_earth_is_told_within_its_field(simulator: Simulator) -> None:
+    simulator.plant.eta = Eta(0.0, 0.0, 0.1, 0.0, 0.0, 0.0)
+    simulator.instruments.fix.corruptions.append(changed("fix.north", lambda _x, _t: 1e9))
+    assert simulator.says()["HIL_GPS"][0].lat == 2**31 - 1
 
 
 def test_a_biased_attitude_and_velocity_are_told_in_place_of_the_truth(simulator: Simulator) -> None:
