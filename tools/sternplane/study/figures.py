@@ -14,14 +14,41 @@ from sternplane.report.drawing import ESTIMATE, REFERENCE, TRUTH, Plot
 from sternplane.study.chance import K_SIGMA, chi_square_band, rms_band
 from sternplane.study.rows import Row, RunArrays, Target
 
+_LAST = 1.0
+"""A run whose last time is nearer to its end than this, s, is whole."""
 SENSORS = ("DVL", "gyro", "attitude")
 COLOURS = ("#2563eb", "#dc2626", "#059669", "#9333ea", "#d97706", "#0891b2", "#be185d", "#4d7c0f", "#64748b", "#0f172a")
 
 
-def final(runs: Sequence[RunArrays], name: str = "error") -> Array:
-    """(runs, ...): what each run left at its end; NaN where a run broke off."""
-    rows = [run[name][-1] if run["t"][-1] >= runs[0]["t"][-1] else run[name][-1] * math.nan for run in runs]
-    return np.array(rows)
+def final(runs: Sequence[RunArrays], duration: float, name: str = "error", of: str = "") -> Array:
+    """Return what each run left at its end, (runs, ...); NaN where a run broke off.
+
+    Args:
+        runs: of one case.
+        duration: of a whole run, s.
+        name: of the array.
+        of: what stands before the names of this filter's arrays, where a run has those of several.
+    """
+    ends = [run[of + name][-1] * (1.0 if run[f"{of}t"][-1] >= duration - _LAST else math.nan) for run in runs]
+    return np.array(ends)
+
+
+def longest(runs: Sequence[RunArrays], of: str = "") -> Array:
+    """Return the times of the longest run, s; `of` as in `final`."""
+    return max((run[f"{of}t"] for run in runs), key=len)
+
+
+def over_runs(runs: Sequence[RunArrays], name: str = "error") -> Array:
+    """Return an array of every run over its times, (runs, points, ...); NaN from where a run broke off."""
+    parts = [run[name] for run in runs]
+    points = max(map(len, parts))
+    return np.array([np.concatenate((a, np.full((points - len(a), *a.shape[1:]), math.nan))) for a in parts])
+
+
+def broke_off(case: str, *ends: Array) -> Row:
+    """Return the row of the runs that broke off; `ends` are (runs, names), each as `final` returns it."""
+    broken = ~np.all([np.isfinite(end).all(axis=1) for end in ends], axis=0)
+    return Row(case, "runs that broke off", float(broken.sum()), 0.0)
 
 
 def rms(values: Array) -> Array:

@@ -59,7 +59,7 @@ class Row(NamedTuple):
 
     def plain(self) -> dict[str, Any]:
         """Return the row as it stands in results.json; a number that is not finite is null."""
-        target = list(self.target) if isinstance(self.target, tuple) else self.target
+        target = [*map(_finite, self.target)] if isinstance(self.target, tuple) else _finite(self.target)
         return {
             "case": self.case,
             "figure": self.figure,

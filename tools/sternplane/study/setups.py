@@ -150,7 +150,7 @@ def starts(seed: int, wrong: float, names: Sequence[str] = TEN) -> dict[str, flo
 
 
 class FilterRun(NamedTuple):
-    """What a filter made of a flight, at POINTS times."""
+    """What a filter made of a flight, at POINTS times; NaN from where it broke off at a number that was not finite."""
 
     t: Array
     """(points,), s."""
@@ -234,10 +234,12 @@ def run_filter(
             )
         )
         if history.steps < b - a:
+            lost = tuple([part * math.nan for part in rows[-1]])
+            rows[-1:] = [lost] * (POINTS + 1 - len(rows))
             break
     error, std, nees, weights, flow, nis = (np.array(column) for column in zip(*rows, strict=True))
     return FilterRun(
-        flight.t[edges[1 : len(rows) + 1]],
+        flight.t[edges[1:]],
         error,
         std,
         nees,

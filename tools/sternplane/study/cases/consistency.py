@@ -16,7 +16,7 @@ import plotly.graph_objects as go
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from sternplane.report.drawing import Plot
 from sternplane.study.chance import K_SIGMA, chi_square_band, share_of
-from sternplane.study.figures import COLOURS, SENSORS, nees_over_time
+from sternplane.study.figures import COLOURS, SENSORS, broke_off, final, longest, nees_over_time
 from sternplane.study.rows import Case, Results, Row, RunArrays, Target
 from sternplane.study.setups import WRONG, Setup, fly_prbs, flying, run_filter, start_up_over, starts, vehicle
 from sternplane.study.shipped_filter import shipped
@@ -68,8 +68,11 @@ def evaluate(waters: Waters, runs: Sequence[RunArrays]) -> Results:
     for label, setup in waters.items():
         name = f"consistency, {label}, PRBS, start +-50 %, bank of {len(bank)}, {setup.label}"
         strong = label == STRONG
-        t = max((run[f"{label} t"] for run in runs), key=len)
-        kept = [run for run in runs if len(run[f"{label} t"]) == len(t)]
+        t, ends = longest(runs, f"{label} "), final(runs, setup.duration, of=f"{label} ")
+        rows.append(broke_off(name, ends))
+        kept = [run for run, end in zip(runs, ends, strict=True) if np.isfinite(end).all()]
+        if not kept:
+            continue
         if len(kept) < len(runs):
             notes.append(
                 f"{label}: {len(runs) - len(kept)} of {len(runs)} runs broke off at a number that was not finite: "

@@ -9,7 +9,18 @@ import numpy as np
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import TEN, CoefficientParams
 from sternplane.study.chance import greatest_of, median_of, paired_ratio, rms_band
-from sternplane.study.figures import bars, correlation, final, over_bound, over_time, per_name, rms
+from sternplane.study.figures import (
+    bars,
+    broke_off,
+    correlation,
+    final,
+    longest,
+    over_bound,
+    over_runs,
+    over_time,
+    per_name,
+    rms,
+)
 from sternplane.study.rows import Case, Results, Row, RunArrays
 from sternplane.study.setups import (
     PAPER_EKF,
@@ -63,7 +74,7 @@ def _minute(seed: int, k: int) -> RunArrays:
 
 def _evaluate_minute(runs: Sequence[RunArrays]) -> Results:
     name = f"sensor noise, PRBS, start +-50 %, correct model, {MINUTE.label}"
-    error, limit = final(runs), final(runs, "bound")
+    error, limit = (final(runs, MINUTE.duration, key) for key in ("error", "bound"))
     most = 100.0 * np.abs(error[:WORST_SEEDS]).max(axis=0)
     count = min(len(runs), WORST_SEEDS)
     reach = 100.0 * limit[:count].max(axis=0) * greatest_of(count)
@@ -73,19 +84,19 @@ def _evaluate_minute(runs: Sequence[RunArrays]) -> Results:
     ]
     ratio, band, ratio_rows = over_bound(name, "RMS over bound", error, limit)
     rows += ratio_rows
-    flowing, flowing_limit = np.array([run["with current"][-1] for run in runs]), final(runs, "bound with current")
+    flowing, flowing_limit = (final(runs, MINUTE.duration, f"{key}with current") for key in ("", "bound "))
     what = "the same, the flying configuration, which also estimates a current"
     other, _, flying_rows = over_bound(name, what, flowing, flowing_limit, FLYING)
     rows += flying_rows
+    rows.append(broke_off(name, error, flowing))
     note = f"RMS error over the Cramér-Rao bound of the same flights; the lines are {band[0]:.2f} and {band[1]:.2f}."
     ratios = {"still water known": ratio, "current estimated too": other}
-    whole = np.array([run["error"] for run in runs])
-    curve = np.sqrt(np.mean([run["bound"] ** 2 for run in runs], axis=0))
+    whole, curve, t = over_runs(runs), rms(over_runs(runs, "bound")), longest(runs)
     return Results(
         rows,
         [
             bars("Sensor noise, 60 s: RMS over bound", note, "RMS / bound", ratios, band),
-            over_time("Sensor noise, 60 s", "RMS over the seeds; dotted: the bound.", runs[0]["t"], whole, curve),
+            over_time("Sensor noise, 60 s", "RMS over the seeds; dotted: the bound.", t, whole, curve),
         ],
     )
 
@@ -99,27 +110,28 @@ def _long(seed: int, k: int) -> RunArrays:
 
 def _evaluate_long(runs: Sequence[RunArrays]) -> Results:
     name = f"sensor noise, PRBS, start +-50 %, {LONG.label}"
-    middle = 100.0 * np.median(np.abs(final(runs)), axis=0)
-    sigma = rms(final(runs, "bound"))
+    error, bound = (final(runs, LONG.duration, key) for key in ("error", "bound"))
+    middle = 100.0 * np.median(np.abs(error), axis=0)
+    sigma = rms(bound)
     limit = 67.4489 * sigma
     reach = 100.0 * FLYING * sigma * median_of(len(runs))
     target = {at: max(PAPER_EKF[at], float(reach[i])) for i, at in enumerate(TEN)}
     rows = per_name(name, "median error, %", middle, target, len(runs))
     rows += per_name(name, "median that the bound allows, %", limit, PAPER_EKF)
-    rows += over_bound(name, "RMS over bound", final(runs), final(runs, "bound"), FLYING)[2]
+    rows += over_bound(name, "RMS over bound", error, bound, FLYING)[2]
+    rows.append(broke_off(name, error))
     series = {
         "median error": middle,
         "what the bound allows": limit,
         "paper's EKF, noise-free": list(PAPER_EKF.values()),
     }
-    whole = np.array([run["error"] for run in runs])
-    curve = np.sqrt(np.mean([run["bound"] ** 2 for run in runs], axis=0))
+    whole, curve, t = over_runs(runs), rms(over_runs(runs, "bound")), longest(runs)
     note = "Medians after 900 s, beside the paper's errors without noise."
     return Results(
         rows,
         [
             bars("900 s with noise", note, "median error, %", {k: np.array(v) for k, v in series.items()}, log=True),
-            over_time("900 s with noise", "RMS over the seeds; dotted: the bound.", runs[0]["t"], whole, curve),
+            over_time("900 s with noise", "RMS over the seeds; dotted: the bound.", t, whole, curve),
         ],
     )
 
@@ -137,18 +149,19 @@ def _stream(seed: int, k: int) -> RunArrays:
 
 def _evaluate_stream(runs: Sequence[RunArrays]) -> Results:
     name = f"unknown current 0.2 m/s, random direction, PRBS, start +-50 %, {STREAM.label}"
-    still, stream = (final(runs, f"{label} error") for label in ("still", "stream"))
-    bounds = {label: final(runs, f"{label} bound") for label in ("still", "stream")}
+    still, stream = (final(runs, STREAM.duration, of=f"{label} ") for label in ("still", "stream"))
+    bounds = {label: final(runs, STREAM.duration, "bound", f"{label} ") for label in ("still", "stream")}
     expected = rms(bounds["stream"]) / rms(bounds["still"])
     least = correlation(still / bounds["still"], stream / bounds["stream"])
     reach = [e * paired_ratio(len(runs), r) for e, r in zip(expected.tolist(), least.tolist(), strict=True)]
     target = {at: max(WORSE, one) for at, one in zip(TEN, reach, strict=True)}
     rows = per_name(name, "RMS over RMS without current", rms(stream) / rms(still), target, len(runs))
-    flow = final(runs, "stream current")
+    flow = final(runs, STREAM.duration, "current", "stream ")
     size = float(np.sqrt((flow**2).sum(axis=1).mean()))
     rows.append(Row(name, "current, RMS of the vector's error, m/s", size, rms_band(len(runs), FLOW)[1], len(runs)))
     limit = rms(bounds["stream"])
     rows += over_bound(name, "RMS over bound", stream, bounds["stream"], FLYING)[2]
+    rows.append(broke_off(name, still, stream))
     series = {"0.2 m/s": 100.0 * rms(stream), "still": 100.0 * rms(still), "bound at 0.2 m/s": 100.0 * limit}
     note = "The filter estimates the current in both."
     return Results(rows, [bars("Unknown current", note, "RMS error, %", series, log=True)])

@@ -15,8 +15,8 @@ from sim_bridge.plant.truth import Truth
 from sternplane.logs.tracking import Array
 from sternplane.sitl.busless_flight import scaled_truth
 from sternplane.study.chance import paired_ratio
-from sternplane.study.figures import bars, correlation, over_bound, over_time, per_name, rms
-from sternplane.study.rows import Case, Results, Row, RunArrays
+from sternplane.study.figures import bars, broke_off, correlation, final, over_bound, over_time, per_name, rms
+from sternplane.study.rows import Case, Results, RunArrays
 from sternplane.study.setups import WRONG, Setup, bound_std, fly_prbs, flying, run_filter, starts, true_vehicle, vehicle
 
 SCALES = (*GROUPS, "C_dy", "C_dz")
@@ -75,8 +75,11 @@ def _run(seed: int, k: int) -> RunArrays:
 def _evaluate(runs: Sequence[RunArrays]) -> Results:
     label = dataclasses.replace(SETUP, duration=0.0).label.removeprefix("0 s, ")
     name = f"everything wrong, PRBS, {label}"
-    whole = [run for run in runs if run["t"][-1] >= SETUP.duration - 1.0]
-    rows: list[Row] = []
+    ends = [final(runs, SETUP.duration, key) for key in ("error", "considered")]
+    rows = [broke_off(name, *ends)]
+    whole = [run for run, *each in zip(runs, *ends, strict=True) if np.isfinite(each).all()]
+    if not whole:
+        return Results(rows)
     ratios, errors, limits, scaled = {}, {}, {}, {}
     for t in TIMES:
         at = int(np.argmin(np.abs(whole[0]["t"] - t)))
@@ -101,7 +104,7 @@ def _evaluate(runs: Sequence[RunArrays]) -> Results:
             bars("Everything wrong: RMS over bound", note, "RMS / bound", ratios, (band[1],)),
             over_time("Everything wrong", "RMS over the seeds; dotted: the bound.", whole[0]["t"], error, curve),
         ],
-        [f"{len(runs) - len(whole)} of {len(runs)} runs broke off."] if len(whole) < len(runs) else (),
+        [f"The other rows are those of {len(whole)} of {len(runs)} runs."] if len(whole) < len(runs) else (),
     )
 
 
