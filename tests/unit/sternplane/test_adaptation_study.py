@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
 import pytest
+from sternplane.logs.tracking import Array
+from sternplane.study.adaptation import navigation, second_dive
 from sternplane.study.adaptation.cases import CASES
 from sternplane.study.adaptation.courses import demonstration, track
 from sternplane.study.adaptation.flight import Design, Errors, flown
-from sternplane.study.rows import RunArrays
+from sternplane.study.rows import Case, Row, RunArrays
 
 T = np.arange(0.0, 180.0, 0.01)
 
@@ -84,6 +87,47 @@ def test_the_page_shows_one_flight_and_all_beside_the_oracle() -> None:
 def test_the_median_of_few_flights_is_held_to_the_target_of_the_worst() -> None:
     assert all(row.ok is not False for row in CASES[0].evaluate([run(1.1, 1.0)]).rows)
     assert any(row.ok is False for row in CASES[0].evaluate([run(1.2, 1.0)]).rows)
+
+
+@pytest.mark.parametrize("begins", [True, False])
+@pytest.mark.parametrize("case", navigation.NAVIGATION_CASES)
+def test_a_flight_of_navigation_that_breaks_off_is_a_failed_one(
+    case: Case, begins: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With good figures, as far as it went; or before the DVL was lost."""
+    breaks_off = False
+
+    def fly_seen(_scenario: str, seed: int, witness: navigation._Witness, _faults: tuple[str, ...] = ()) -> bool:
+        failed = breaks_off and seed == 1
+        for t in np.arange(0.0, (130.0 if begins else 5.0) if failed else 250.0, 0.1).tolist():
+            witness.rows.append((t, 1.8 * t, 0.0, 10.0, 0.0, 1.8 * t, 0.0, 0.0, 0.5 + 0.01 * t, 10.01))
+        return not failed
+
+    def rows() -> dict[str, Row]:
+        return {row.figure: row for row in case.evaluate([case.run(seed, 0) for seed in range(3)]).rows}
+
+    monkeypatch.setattr(navigation, "fly_seen", fly_seen)
+    assert all(row.ok is not False for row in rows().values())
+    breaks_off = True
+    failed = {figure: row for figure, row in rows().items() if "failed flights" in figure}
+    assert [row.value for row in failed.values()] == [1.0] * len(failed)
+    assert failed[next(figure for figure in failed if "by the filter" in figure)].ok is False
+
+
+def test_a_first_dive_that_teaches_nothing_is_no_second_one_that_is_sooner() -> None:
+    never, some = np.full(10, math.inf), np.linspace(30.0, 40.0, 10)
+
+    def run(first: Array, second: Array) -> RunArrays:
+        found = {"differing": np.array(0.0), "second told": np.zeros(2), "changed told": np.ones(2)}
+        for name, valid in (("first", first), ("second", second), ("changed", second)):
+            found |= {f"{name} valid": valid, f"{name} sigmas": np.ones(np.isfinite(valid).sum())}
+        return found
+
+    for runs, ok in (([run(never, never)], False), ([run(never, 0.1 * some)], False), ([run(some, 0.1 * some)], True)):
+        rows = second_dive.SECOND_DIVE.evaluate(runs).rows
+        (sooner,) = [row for row in rows if row.figure.startswith("time to all valid")]
+        assert sooner.ok is ok
+        json.dumps([row.plain() for row in rows], allow_nan=False)
 
 
 def test_the_courses_fly_and_a_wrong_file_is_adopted_away() -> None:

@@ -34,7 +34,10 @@ _STRAIGHT = 0.03
 
 
 class Voyage(NamedTuple):
-    """Columns over the ticks of a flight, s, m and rad, (ticks,): the truth, the estimate, and the desired depth."""
+    """Columns over the ticks of a flight, s, m and rad, (ticks,): the truth, the estimate, and the desired depth.
+
+    `completed`: whether its scenario was.
+    """
 
     t: Array
     x: Array
@@ -46,6 +49,7 @@ class Voyage(NamedTuple):
     est_psi: Array
     std: Array
     z_d: Array
+    completed: bool
 
     @property
     def yaw_bias(self) -> float:
@@ -55,7 +59,8 @@ class Voyage(NamedTuple):
     def since(self, begin: float, end: float) -> Voyage:
         """Return the part between two times, s."""
         part = (self.t >= begin) & (self.t < end)
-        return Voyage(*[column[part] for column in self])
+        columns = {name: column for name, column in self._asdict().items() if name != "completed"}
+        return self._replace(**{name: column[part] for name, column in columns.items()})
 
     @property
     def path(self) -> float:
@@ -78,24 +83,26 @@ class _Witness:
 def voyage(scenario: str, seed: int, faults: tuple[str, ...] = ()) -> Voyage:
     """Fly a scenario with the vehicle file as it is."""
     witness = _Witness()
-    fly_seen(scenario, seed, witness, faults)
-    return Voyage(*np.array(witness.rows).T)
+    completed = fly_seen(scenario, seed, witness, faults)
+    return Voyage._make([*np.array(witness.rows).T, completed])
 
 
 def lost(voyage: Voyage) -> Array:
     """Return figures of a flight without DVL.
 
     Its path, m; what the position is off by more than at its beginning, at most, m; the same beyond what the heading's
-    bias explains; it over what 1 sigma has grown by;
-    RMS of the depth error, m.
+    bias explains; it over what 1 sigma has grown by; RMS of the depth error, m; and 1. Of one that was not completed:
+    no numbers, and 0.
     """
+    if not voyage.completed:
+        return np.array([*[math.nan] * 5, 0.0])
     off_x, off_y = voyage.est_x - voyage.x, voyage.est_y - voyage.y
     grown = np.hypot(off_x - off_x[0], off_y - off_y[0])
     allowed = voyage.path * abs(voyage.yaw_bias)
     sigma = np.sqrt(np.maximum(voyage.std**2 - voyage.std[0] ** 2, 0.0))  # of what it is off by since
     off = (grown / np.maximum(sigma, 1e-9))[voyage.t > voyage.t[0] + _SETTLED]
     depth = math.sqrt(float(np.mean((voyage.z - voyage.z_d) ** 2)))
-    return np.array([voyage.path, np.max(grown), np.max(grown) - allowed, np.max(off), depth])
+    return np.array([voyage.path, np.max(grown), np.max(grown) - allowed, np.max(off), depth, 1.0])
 
 
 def _lose(seed: int, k: int, course: Callable[[], Course], begin: float) -> RunArrays:
@@ -110,7 +117,7 @@ def _judge_loss(runs: Sequence[RunArrays], name: str) -> Results:
     figures = {key: np.array([run[key] for run in runs]) for key in ("filter", "without", "oracle")}
     rows, n = [Row(name, "way over the ground, median, m", float(np.median(figures["filter"][:, 0])), None)], len(runs)
     for key, words in (("filter", "by the filter"), ("without", "by pings and the hull's model alone")):
-        _, grown, beyond, off, depth = figures[key].T
+        _, grown, beyond, off, depth, _ = figures[key].T
         limits = (_SLACK, 3.0, 1.2) if key == "filter" else (None, None, None)
         rows += [
             Row(name, f"{words}: position, median, m", float(np.median(grown)), None, n),
@@ -124,6 +131,12 @@ def _judge_loss(runs: Sequence[RunArrays], name: str) -> Results:
                 n,
             ),
         ]
+    failed = {key: float(n - np.sum(figures[key][:, 5])) for key in figures}
+    rows += [
+        Row(name, "by the filter: failed flights", failed["filter"], 0.0, n),
+        Row(name, "by pings and the hull's model alone: failed flights", failed["without"], None, n),
+        Row(name, "with a DVL: failed flights", failed["oracle"], 0.0, n),
+    ]
     return Results(rows)
 
 
@@ -131,13 +144,17 @@ def _cross(seed: int, k: int, biased: bool) -> RunArrays:
     del k
     leg = straight_leg()
     scenario, begin = leg.scenario.format(adoption="true", yaw_bias="0.5" if biased else "0.0"), leg.settled
-    found = {}
-    for name, text in (("filter", scenario), ("without", _with(scenario, _WITHOUT))):
-        flown = voyage(text, seed)
-        part = flown.since(begin, math.inf)
-        aside = part.y + part.x * flown.yaw_bias  # the leg leads north; the heading's bias leads off it
-        found[name] = np.array([math.sqrt(float(np.mean(aside**2))), abs(flown.yaw_bias)])
-    return found
+    flights = {"filter": scenario, "without": _with(scenario, _WITHOUT)}
+    return {name: _off_leg(voyage(text, seed), begin) for name, text in flights.items()}
+
+
+def _off_leg(voyage: Voyage, begin: float) -> Array:
+    """Return what a voyage is off the leg from `begin`, s, on, RMS, m; its yaw bias, rad; and 1. See `lost`."""
+    if not voyage.completed:
+        return np.array([math.nan, math.nan, 0.0])
+    part = voyage.since(begin, math.inf)
+    aside = part.y + part.x * voyage.yaw_bias  # the leg leads north; the heading's bias leads off it
+    return np.array([math.sqrt(float(np.mean(aside**2))), abs(voyage.yaw_bias), 1.0])
 
 
 def _judge_cross(runs: Sequence[RunArrays], name: str, biased: bool) -> Results:
@@ -147,12 +164,13 @@ def _judge_cross(runs: Sequence[RunArrays], name: str, biased: bool) -> Results:
     chance = math.sqrt(mean_square_at(n * freedom, _CHANCE))
     rows.append(Row(name, "noise of pings added up, RMS over the leg and over boats, m", walk, None))
     for key, words in (("filter", "current by the filter"), ("without", "crab angle low-passed")):
-        aside, bias = np.array([run[key] for run in runs]).T
+        aside, bias, completed = np.array([run[key] for run in runs]).T
         rms = math.sqrt(float(np.mean(aside**2)))
         limit = math.sqrt(float(np.mean((look_ahead * bias + _STRAIGHT) ** 2))) if biased else walk * chance
         rows += [
             Row(name, f"{words}: off the leg, RMS over seeds, m", rms, limit if key == "filter" else None, n),
             Row(name, f"{words}: off the leg, RMS, worst seed, m", float(np.max(aside)), None, n),
+            Row(name, f"{words}: failed flights", float(n - np.sum(completed)), 0.0 if key == "filter" else None, n),
         ]
     return Results(rows)
 

@@ -22,6 +22,7 @@ from firmware_py.run.moment import Moment
 from sim_bridge.truth_sample import TruthSample
 from sternplane.logs.replay import replay
 from sternplane.logs.streaming import stream
+from sternplane.logs.tracking import Array
 from sternplane.sitl.flight import SCENARIOS, Flight, FlightRequest, fly, prepare
 from sternplane.sitl.request import parse_settings
 from sternplane.sitl.taken_settings import beside
@@ -146,14 +147,17 @@ def next_day(path: Path, configuration: config_files.Configuration) -> dict[str,
     return begins
 
 
+def _last(valid: Array) -> float:
+    """Return when the last of some coefficients is valid, s; never, where there are none: the dive taught nothing."""
+    return float(np.max(valid)) if len(valid) else math.inf
+
+
 def _evaluate(runs: Sequence[RunArrays]) -> Results:
     rows, n = [], len(runs)
     # In some flights a coefficient whose file says half of the truth is not known to 10 % of that by the end.
     reached = [np.isfinite(run["first valid"]) for run in runs]
     median = {
-        label: float(
-            np.median([np.max(run[f"{label} valid"][known]) for run, known in zip(runs, reached, strict=True)])
-        )
+        label: float(np.median([_last(run[f"{label} valid"][known]) for run, known in zip(runs, reached, strict=True)]))
         for label in _DIVES
     }
     for label in _DIVES:
@@ -164,7 +168,7 @@ def _evaluate(runs: Sequence[RunArrays]) -> Results:
     rows.append(Row(_NAME, "time to all valid: second over first dive", median["second"] / median["first"], 0.6, n))
     for label in _DIVES:
         sigmas = np.concatenate([run[f"{label} sigmas"] for run in runs])
-        share = 100.0 * float(np.mean(sigmas > _SIGMAS))
+        share = 100.0 * float(np.mean(sigmas > _SIGMAS)) if len(sigmas) else math.nan
         rows.append(Row(_NAME, f"{label} dive: valid values off by more than 4 sigma, %", share, 1.0, n))
     told = np.array([[run["second told"][1], run["changed told"][0]] for run in runs])
     rows.append(Row(_NAME, "same vehicle: told that something changed, flights", float(np.sum(told[:, 0] > 0)), 0.0, n))
