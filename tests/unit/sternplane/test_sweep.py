@@ -16,7 +16,7 @@ from sternplane.cli.main import main
 from sternplane.sitl.flight import FlightRequest, prepare
 from sternplane.sweep.accused import accused, text_of
 from sternplane.sweep.axes import Axis, axis_of, parse_axis
-from sternplane.sweep.explain import associations, chance_bound, parts, ranks, spearman, success_interval
+from sternplane.sweep.explain import spearman
 from sternplane.sweep.page import page
 from sternplane.sweep.plan import LAW, Flights, Plan, laws_of, read_plan, refuse_other
 from sternplane.sweep.sampling import grid, latin_hypercube
@@ -86,6 +86,21 @@ def test_each_part_of_each_range_has_one_sample_and_the_seed_decides_which() -> 
     assert {value: c.count(value) for value in c} == dict.fromkeys("xyzw", 10)
     assert samples == list(latin_hypercube(n, axes, seed=5)) != list(latin_hypercube(n, axes, seed=6))
     assert abs(spearman(np.array(a), np.array(b))) < 0.6
+
+
+def test_whole_numbers_are_drawn_evenly_and_stay_in_their_parts() -> None:
+    axes = [Axis("n", 1.0, 3.0, whole=True), Axis("m", 1.6, 4.4, whole=True), Axis("z", -1.0, 1.0, whole=True)]
+    drawn = zip(*latin_hypercube(300, axes, 5), strict=True)
+    for values, expected in zip(drawn, ((1, 2, 3), (2, 3, 4), (-1, 0, 1)), strict=True):
+        assert {value: values.count(value) for value in values} == dict.fromkeys(expected, 100)
+    for axis in (*axes, Axis("log", 1.0, 100.0, log=True, whole=True), Axis("0", 0.3, 5.0, log=True, whole=True)):
+        shown = [axis.at(i / 1000) for i in range(1001)]
+        assert shown == sorted(shown)
+        assert (shown[0], shown[-1]) == (round(axis.low), round(axis.high))
+    count = [axes[0].at((i + 0.5) / 30) for i in range(30)].count
+    assert [count(k) for k in (1, 2, 3)] == [10, 10, 10]
+    decades = [Axis("log", 1.0, 100.0, log=True, whole=True).at((i + 0.5) / 3000) for i in range(3000)]
+    assert decades.count(1) / decades.count(10) == pytest.approx(math.log(3.0) / math.log(10.5 / 9.5), rel=0.05)
 
 
 def test_a_grid_has_every_combination_from_end_to_end() -> None:
@@ -261,45 +276,3 @@ def test_the_help_names_the_columns_that_people_judge_by() -> None:
     with redirect_stdout(StringIO()) as said, pytest.raises(SystemExit):
         main(["sweep", "--help"])
     assert [name for name in USEFUL if name not in said.getvalue()] == []
-
-
-def test_ranks_share_the_places_of_equals() -> None:
-    assert ranks(np.array([3.0, 1.0, 3.0, 2.0])).tolist() == [2.5, 0.0, 2.5, 1.0]
-    x = np.arange(30.0)
-    assert spearman(x, -np.exp(x)) == pytest.approx(-1.0)
-    assert math.isnan(spearman(x, np.ones(30)))
-    assert math.isnan(spearman(x[:5], x[:5]))
-
-
-def test_chance_shows_something_in_one_sweep_of_twenty_and_a_cause_is_found() -> None:
-    generator, shown, sweeps, n, keys = np.random.default_rng(3), 0, 400, 60, ["a", "b", "c", "d"]
-    for _ in range(sweeps):
-        values = generator.random((n, len(keys)))
-        rows = [row(k, **dict(zip(keys, values[k].tolist(), strict=True))) for k in range(n)]
-        found = associations(rows, keys, {k: float(generator.random() < 0.3) for k in range(n)})
-        shown += any(one.beyond_chance for one in found)
-    assert 5 <= shown <= 36  # 20 expected; a right bound leaves this band in one of a thousand
-    failed = {k: float(values[k, 2] + 0.3 * generator.random() > 0.8) for k in range(n)}
-    first, *rest = associations(rows, keys, failed)
-    assert (first.key, first.beyond_chance, first.rho > 0.5) == ("c", True, True)
-    assert not any(one.beyond_chance for one in rest)
-
-
-def test_flights_of_one_sample_count_once() -> None:
-    keys, outcome = ["a"], {k: float(k % 20 < 4) for k in range(200)}
-    once = [row(k, a=float(k % 20)) | {"sample": k % 20} for k in range(200)]
-    [one] = associations(once, keys, outcome)
-    assert (one.n, one.bound) == (20, chance_bound(20, 1))
-
-
-def test_the_interval_of_a_share_holds_it_at_both_ends() -> None:
-    assert success_interval(0, 10) == pytest.approx((0.0, 0.2775), abs=1e-4)
-    assert success_interval(10, 10) == pytest.approx((0.7225, 1.0), abs=1e-4)
-    assert success_interval(5, 10) == pytest.approx((0.2366, 0.7634), abs=1e-4)
-
-
-def test_flights_are_grouped_by_value_where_there_are_few_else_evenly() -> None:
-    rows = [row(k, k % 3 > 0, x=0.01 * k, c=("b", "a")[k % 2]) for k in range(80)]
-    assert [(part.at, part.n) for part in parts(rows, "c")] == [("b", 40), ("a", 40)]
-    assert [part.n for part in parts(rows, "x")] == [10] * 8
-    assert sum(part.completed for part in parts(rows, "x")) == sum(one["completed"] for one in rows)

@@ -39,23 +39,31 @@ class Axis(NamedTuple):
     choices: tuple[Any, ...] = ()
 
     def at(self, share: float) -> Any:
-        """Return the value at a share of the range, or of the list, in [0, 1]."""
+        """Return the value at a share of the range, or of the list, in [0, 1].
+
+        A whole number has all that is rounded to it, the first and the last too: shares drawn evenly give even values.
+        """
         if self.choices:
             return self.choices[min(int(share * len(self.choices)), len(self.choices) - 1)]
-        if self.log:
-            value = math.exp((1.0 - share) * math.log(self.low) + share * math.log(self.high))
-        else:
-            value = (1.0 - share) * self.low + share * self.high
-        value = min(max(value, self.low), self.high)
-        return round(value) if self.whole else value
+        if not self.whole:
+            return self._between(share)
+        first, last = round(self.low), round(self.high)
+        low = first - 0.5 if first > 0 or not self.log else self.low
+        return min(max(round(self._replace(low=low, high=last + 0.5)._between(share)), first), last)
 
     def grid(self, n: int) -> list[Any]:
         """Return `n` values from end to end, or all of a list."""
         if self.choices:
             return list(self.choices)
-        if n == 1:
-            return [self.at(0.5)]
-        return list(dict.fromkeys(self.at(i / (n - 1)) for i in range(n)))
+        values = [self._between(i / (n - 1) if n > 1 else 0.5) for i in range(n)]
+        return list(dict.fromkeys([round(value) if self.whole else value for value in values]))
+
+    def _between(self, share: float) -> float:
+        if self.log:
+            value = math.exp((1.0 - share) * math.log(self.low) + share * math.log(self.high))
+        else:
+            value = (1.0 - share) * self.low + share * self.high
+        return min(max(value, self.low), self.high)
 
     def plain(self) -> dict[str, Any]:
         """Return it as JSON has it."""

@@ -7,6 +7,7 @@ figure, however many laws and seeds flew them.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from statistics import NormalDist
 from typing import Any, NamedTuple
@@ -28,7 +29,7 @@ class Association(NamedTuple):
     Attributes:
         key: what was varied.
         rho: Spearman's rank correlation with the outcome, -1 to 1; NaN where either does not vary.
-        bound: what |rho| stays below by chance in 95 % of all sweeps, of all keys together.
+        bound: what |rho| stays below by chance in 95 % of all sweeps, of all keys and outcomes together.
         n: samples.
     """
 
@@ -43,17 +44,20 @@ class Association(NamedTuple):
         return abs(self.rho) > self.bound
 
 
-def associations(rows: Sequence[Row], keys: Sequence[str], outcome: Mapping[int, float]) -> list[Association]:
+def associations(
+    rows: Sequence[Row], keys: Sequence[str], outcome: Mapping[int, float], outcomes: int = 1
+) -> list[Association]:
     """Return how an outcome goes with each key, the strongest first.
 
     Args:
         rows: flights.
         keys: those with numbers.
         outcome: of each flight by its number; one that is left out counts for nothing.
+        outcomes: how many are shown in one table, this one among them.
     """
     values, means = samples_of(rows, keys, outcome)
     n = len(means)
-    bound = chance_bound(n, len(keys))
+    bound = chance_bound(n, outcomes * len(keys))
     found = [Association(key, spearman(values[:, i], means), bound, n) for i, key in enumerate(keys)]
     return sorted(found, key=lambda one: -abs(one.rho) if math.isfinite(one.rho) else 1.0)
 
@@ -86,31 +90,64 @@ def ranks(values: Array) -> Array:
     return found
 
 
-def chance_bound(n: int, keys: int) -> float:
-    """Return what all |rho| of `keys` stay below by chance with probability 1 - `CHANCE`.
+def chance_bound(n: int, count: int) -> float:
+    """Return what `count` values of |rho| all stay below by chance with probability 1 - `CHANCE`.
 
-    For n independent samples rho scatters by 1 / sqrt(n - 1); the probabilities of the keys are added (Bonferroni).
+    For n independent samples rho scatters by 1 / sqrt(n - 1); the probabilities of all are added (Bonferroni).
     """
-    if n < _FEWEST or not keys:
+    if n < _FEWEST or not count:
         return math.inf
-    return min(NormalDist().inv_cdf(1.0 - 0.5 * CHANCE / keys) / math.sqrt(n - 1.0), 1.0)
+    return min(NormalDist().inv_cdf(1.0 - 0.5 * CHANCE / count) / math.sqrt(n - 1.0), 1.0)
 
 
-def success_interval(k: int, n: int) -> tuple[float, float]:
-    """Return the 95 % interval of a probability of which k of n were seen (Wilson 1927)."""
+def design_effect(rows: Sequence[Row]) -> float:
+    """Return how many flights tell no more of the share that is completed than one of a sample of its own (Kish 1965).
+
+    It is the variance of the share, by how the samples differ, over that of as many independent flights: 1 where each
+    flight is a sample, up to all flights of a sample. Where all or none were completed nothing shows how alike those of
+    a sample are: they count as one. A single sample is not held against others: its share is that of its seeds.
+    """
+    flights = Counter(row["sample"] for row in rows)
+    done = Counter(row["sample"] for row in rows if row["completed"])
+    n, k, samples = len(rows), done.total(), len(flights)
+    if samples in (1, n):
+        return 1.0
+    most = sum(m * m for m in flights.values()) / n
+    if k in (0, n):
+        return most
+    p = k / n
+    squares = sum((done[sample] - p * m) ** 2 for sample, m in flights.items())
+    effect = samples / (samples - 1.0) * (n - 1.0) / n * squares / (n * p * (1.0 - p))
+    return min(max(effect, 1.0), most)
+
+
+def success_interval(k: int, n: int, effect: float = 1.0) -> tuple[float, float]:
+    """Return the 95 % interval of a probability of which k of n were seen (Wilson 1927).
+
+    `effect`: how many of the n count as one, see `design_effect`.
+    """
     if n == 0:
         return 0.0, 1.0
     z, p = NormalDist().inv_cdf(0.975), k / n
-    middle, wide = p + 0.5 * z * z / n, z * math.sqrt(p * (1.0 - p) / n + 0.25 * (z / n) ** 2)
-    return max((middle - wide) / (1.0 + z * z / n), 0.0), min((middle + wide) / (1.0 + z * z / n), 1.0)
+    size = n / effect
+    middle, wide = p + 0.5 * z * z / size, z * math.sqrt(p * (1.0 - p) / size + 0.25 * (z / size) ** 2)
+    return max((middle - wide) / (1.0 + z * z / size), 0.0), min((middle + wide) / (1.0 + z * z / size), 1.0)
 
 
 class Part(NamedTuple):
-    """Flights whose values of a key are near each other, or equal: where they are, how many, how many succeeded."""
+    """Flights whose values of a key are near each other, or equal.
+
+    Attributes:
+        at: where they are.
+        n: how many.
+        completed: how many succeeded.
+        effect: see `design_effect`.
+    """
 
     at: Any
     n: int
     completed: int
+    effect: float
 
 
 def parts(rows: Sequence[Row], key: str, most: int = 8) -> list[Part]:
@@ -124,7 +161,9 @@ def parts(rows: Sequence[Row], key: str, most: int = 8) -> list[Part]:
         ordered = sorted(rows, key=lambda row: row[key])
         pieces = [ordered[i * len(rows) // most : (i + 1) * len(rows) // most] for i in range(most)]
         groups = [(float(np.mean([row[key] for row in piece])), piece) for piece in pieces if piece]
-    return [Part(at, len(those), sum(bool(row["completed"]) for row in those)) for at, those in groups]
+    return [
+        Part(at, len(those), sum(bool(row["completed"]) for row in those), design_effect(those)) for at, those in groups
+    ]
 
 
 def _order(values: Sequence[Any]) -> list[Any]:

@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from sternplane.report.page import Cell, Heading, Page, Section, Table, environment, plot_section, render
 from sternplane.sweep.accused import DAMAGED, accused
-from sternplane.sweep.explain import Association, associations, success_interval
+from sternplane.sweep.explain import Association, associations, design_effect, success_interval
 from sternplane.sweep.plan import Flights
 from sternplane.sweep.plots import against, distributions, ranking
 from sternplane.sweep.worst import Row, badness, outcome_text, worst
@@ -90,7 +90,7 @@ def _laws(rows: Sequence[Row]) -> Table:
     for law in dict.fromkeys(row["law"] for row in rows):
         own = [row for row in rows if row["law"] == law]
         done = sum(bool(row["completed"]) for row in own)
-        low, high = success_interval(done, len(own))
+        low, high = success_interval(done, len(own), design_effect(own))
         figures = [[row[name] for row in own if row.get(name) is not None] for name in _FIGURES]
         share = f"{100.0 * done / len(own):.1f} % ({100.0 * low:.0f} … {100.0 * high:.0f})"
         lines.append([law, str(len(own)), str(done), share, *[f"{median(one):.3g}" if one else "–" for one in figures]])
@@ -158,10 +158,10 @@ def _explained(flights: Flights, rows: Sequence[Row], judge: str) -> Iterator[Se
     if not keys:
         return
     failed = {row["flight"]: float(not row["completed"]) for row in rows}
-    found = {"failure": associations(rows, keys, failed)}
+    outcomes = {"failure": failed}
     if judge:
-        figure = {row["flight"]: float(row[judge]) for row in rows if row.get(judge) is not None}
-        found[judge] = associations(rows, keys, figure)
+        outcomes[judge] = {row["flight"]: float(row[judge]) for row in rows if row.get(judge) is not None}
+    found = {name: associations(rows, keys, outcome, len(outcomes)) for name, outcome in outcomes.items()}
     notes = [_said(name, those) for name, those in found.items()]
     notes.append(
         "A rank correlation shows what goes steadily up or down with a key; what is worst at both ends, or depends on "

@@ -54,7 +54,7 @@ def against(rows: Sequence[Row], key: str, judge: str) -> Iterator[Plot]:
     for law, colour in zip(_laws(rows), COLOURS, strict=False):
         found = parts([row for row in rows if row["law"] == law], key)
         share = [100.0 * part.completed / part.n for part in found]
-        ends = [success_interval(part.completed, part.n) for part in found]
+        ends = [success_interval(part.completed, part.n, part.effect) for part in found]
         bars = {
             "type": "data",
             "symmetric": False,
