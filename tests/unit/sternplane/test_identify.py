@@ -19,7 +19,7 @@ from sternplane.identification.remedies import remedies
 from sternplane.sitl import busless_flight
 
 from firmware_py.estimation.coefficient_params import TEN, CoefficientParams
-from firmware_py.estimation.model.observer_model import ObserverModel
+from firmware_py.estimation.model.observer_model import GROUPS, ObserverModel
 from firmware_py.estimation.model.state import MOTIONS
 from firmware_py.params import load
 from firmware_py.vehicle.vehicle import Vehicle
@@ -168,6 +168,20 @@ def test_all_that_is_known_is_laid_into_the_vehicle_s_table_and_nothing_else() -
     assert {key: value for key, value in table.items() if key != "coefficients"} == {
         key: value for key, value in TABLE.items() if key != "coefficients"
     }
+
+
+@pytest.mark.parametrize("hull", ["npsauv2", "remus100", "torpedo_x"])
+@pytest.mark.parametrize("group", GROUPS)
+def test_a_scale_of_added_mass_scales_what_the_file_has_of_it_and_leaves_out_what_it_has_not(
+    hull: str, group: str
+) -> None:
+    table = tomllib.loads((CONFIGS.parent / hull / "vehicle.toml").read_text())
+    found = SimpleNamespace(names=(group,), taken=Estimated(np.array([1.5]), np.eye(1)))
+    learned = learned_table(table, found, SimpleNamespace(unknown=()))  # type: ignore[arg-type]
+    there, now = (load(Vehicle, one, hull).coefficients for one in (table, learned))
+    assert learned["coefficients"].keys() == table["coefficients"].keys()
+    for name in table["coefficients"]:
+        assert getattr(now, name) == getattr(there, name) * (1.5 if name in GROUPS[group] else 1.0)
 
 
 def test_what_nothing_excites_is_named_and_stays() -> None:

@@ -201,6 +201,10 @@ def test_a_list_of_what_was_locked_learns_nothing(tmp_path: Path, rudder_only: P
         (["--coefficients", ""], "--coefficients '': names none; write such as M_q,Y_v, or leave it away for the ten"),
         (["--coefficients", " , "], "--coefficients ' , ': names none"),
         (["--coefficients", "K_prop"], "K_prop is believed to be 0"),
+        (
+            ["--coefficients", "M_q,buoyancy,x_G"],
+            "--coefficients buoyancy, x_G: the vehicle file's body stays as it is",
+        ),
         (["--from", "30", "--to", "20"], "the span must begin before it ends"),
         (["--from", "500"], "nothing was recorded then; the log goes from 0 to"),
         (["--from", "10", "--to", "12"], "5 s are needed at least"),

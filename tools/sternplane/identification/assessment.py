@@ -64,7 +64,8 @@ def learned_table(table: Mapping[str, Any], identification: Identification, asse
             continue
         if name in GROUPS:
             for member in GROUPS[name]:
-                found["coefficients"][member] *= value
+                if member in found["coefficients"]:  # else it is 0
+                    found["coefficients"][member] *= value
         else:
             found[_PLACE.get(name, "coefficients")][name] = value
     return found

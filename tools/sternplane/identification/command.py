@@ -12,7 +12,7 @@ from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.error_text import quoted
 from firmware_py.estimation.coefficient_params import TEN, CoefficientParams
-from firmware_py.estimation.model.observer_model import GROUPS, ObserverModel
+from firmware_py.estimation.model.observer_model import GROUPS, SCALED, X_G, ObserverModel
 from firmware_py.params import load, prefix_errors
 from firmware_py.run.usage_error import UsageError
 from firmware_py.vehicle.vehicle import Vehicle
@@ -59,7 +59,7 @@ def requested_params(params: CoefficientParams, options: argparse.Namespace) -> 
     """Return the filter's parameters of the log, with those of the command line in their place.
 
     Raises:
-        UsageError: a prior that is none, or no coefficient.
+        UsageError: a prior that is none, no coefficient, or what is none.
     """
     if options.prior is not None and not 0.1 <= options.prior <= 1000.0:
         raise UsageError(f"--prior {options.prior:g}: must be in [0.1, 1000] %")
@@ -69,6 +69,8 @@ def requested_params(params: CoefficientParams, options: argparse.Namespace) -> 
         raise UsageError(
             f"--coefficients {quoted(asked)}: names none; write such as M_q,Y_v, or leave it away for the ten"
         )
+    if body := [name for name in names if name in (*SCALED, X_G) and name not in GROUPS]:
+        raise UsageError(f"--coefficients {', '.join(body)}: the vehicle file's body stays as it is; name others")
     members = {member for name in names for member in (name, *GROUPS.get(name, ()))}
     return dataclasses.replace(
         params,
