@@ -1,16 +1,16 @@
 """Random and mutated bytes into the driver of every instrument; those into that of fin servos are in `servos`.
 
-Nothing may raise; what is ok is finite and from no later than now; a call takes a time that a tick has; and behind all
-of it a measurement is heard.
+Nothing may raise; what is ok is finite and from no later than now; calls do not take far more than the time that a tick
+has (`outcome.CallTimes`); and behind all of it a measurement is heard.
 """
 
 from __future__ import annotations
 
 import math
 import random
-import time
 import traceback
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 from firmware_py.adapters.drivers.instrument_table import INSTRUMENTS
@@ -19,7 +19,7 @@ from firmware_py.adapters.drivers.stream_driver import StreamDriver
 from firmware_py.records.sensing import Dvl
 from sternplane.fuzz import servos
 from sternplane.fuzz.mutation import mutated
-from sternplane.fuzz.outcome import Outcome
+from sternplane.fuzz.outcome import CallTimes, Outcome
 from sternplane.instrument_samples import SAMPLES, Silence
 
 DT = 0.01
@@ -29,16 +29,14 @@ def fuzzed(name: str, seed: int, count: int) -> Outcome:
     """Return what becomes of an instrument that is given so many bytes."""
     driver, source = StreamDriver(name, INSTRUMENTS[name], Silence()), random.Random(f"{seed} {name}")
     given = readings = ok = 0
-    longest, t, broken = 0.0, 0.0, ""
+    times, t, broken = CallTimes(), 0.0, ""
     try:
         for content in _hostile(name, source):
             if given >= count:
                 break
             t += DT
             given += len(content)
-            began = time.thread_time()
-            found = driver.take(content, t)
-            longest = max(longest, time.thread_time() - began)
+            found = times.of(partial(driver.take, content, t))
             readings += len(found)
             for reading in found:
                 heard = reading.heard
@@ -49,9 +47,10 @@ def fuzzed(name: str, seed: int, count: int) -> Outcome:
         good = [r for k in (1, 2) for r in driver.take(SAMPLES[name](t + k), t + k)]
         if not good or not good[-1].heard.ok:
             broken = broken or "a measurement behind it was not heard"
+        broken = broken or times.broken
     except Exception:  # whatever it is, it is what was looked for
         broken = traceback.format_exc()
-    return Outcome(name, given, readings, ok, 1e3 * longest, broken)
+    return Outcome(name, given, readings, ok, 1e3 * times.longest, broken)
 
 
 def _usable(value: Any) -> bool:

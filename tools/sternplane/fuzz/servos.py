@@ -7,15 +7,16 @@ from __future__ import annotations
 
 import math
 import random
-import time
 import traceback
+from collections.abc import Sequence
 
+from firmware_py.adapters.drivers.driver import Reading
 from firmware_py.adapters.drivers.dynamixel.servos import HOLD
 from firmware_py.adapters.drivers.serial_port import BYTES_PER_TICK
 from firmware_py.records.command import Applied
 from firmware_py.tick import Tick
 from sternplane.fuzz.mutation import mutated
-from sternplane.fuzz.outcome import Outcome
+from sternplane.fuzz.outcome import CallTimes, Outcome
 from sternplane.servo_samples import NAMES, ServoLine, servo_driver
 
 DT_NS = 10_000_000
@@ -30,7 +31,7 @@ def fuzzed(seed: int, count: int) -> Outcome:
     source, line = random.Random(f"{seed} {_NAME}"), ServoLine()
     driver = servo_driver(line)
     given = readings = ok = k = 0
-    longest, broken, last = 0.0, "", set[int]()
+    times, broken, last = CallTimes(), "", set[int]()
 
     def hostile(answers: bytes) -> bytes:
         nonlocal given
@@ -44,13 +45,16 @@ def fuzzed(seed: int, count: int) -> Outcome:
         given += len(answers)
         return answers
 
-    def tick() -> set[int]:
-        nonlocal k, readings, ok, longest, broken
-        now, began = Tick(k, DT_NS), time.thread_time()
+    def cycle(now: Tick) -> Sequence[Reading]:
         found = driver.poll(now.t)
         driver.nodes(now.t)
         driver.act(now, _APPLIED)
-        longest = max(longest, time.thread_time() - began)
+        return found
+
+    def tick() -> set[int]:
+        nonlocal k, readings, ok, broken
+        now = Tick(k, DT_NS)
+        found = times.of(lambda: cycle(now))
         k += 1
         readings += len(found)
         for reading in found:
@@ -70,6 +74,7 @@ def fuzzed(seed: int, count: int) -> Outcome:
             last = last | heard if left < 10 else last
         if last != set(range(len(NAMES))) or any(driver.nodes(k * DT_NS * 1e-9)[:2]):
             broken = broken or "not every fin was heard behind it"
+        broken = broken or times.broken
     except Exception:  # whatever it is, it is what was looked for
         broken = traceback.format_exc()
-    return Outcome(_NAME, given, readings, ok, 1e3 * longest, broken)
+    return Outcome(_NAME, given, readings, ok, 1e3 * times.longest, broken)
