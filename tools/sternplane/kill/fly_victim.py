@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from sternplane.kill.judgement import distance, last_time, left_down, no_start, read_log, wrong
+from sternplane.kill.judgement import Off, distance, last_time, left_down, no_start, read_log, worst_of, wrong
 from sternplane.kill.processes import PLANT, VEHICLE, OnBus, Station, ended
 from sternplane.logs.reading import TRUTH_FILE, read
 
@@ -58,12 +58,13 @@ def trial(
             time.sleep(0.1)
     log, after, truth = read_log(folder / "1"), read_log(folder / "2"), read(folder / "plant" / TRUTH_FILE)
     t, columns = last_time(log), after.columns
-    lost, worst = max(commanded - t, 0.0), (0.0, 0.0, 0.0)
+    lost, found = max(commanded - t, 0.0), []
     for k in range(min(len(columns["t"]), round(_CHECKED_S * 100))):
         x, y = float(columns["state.eta.x"][k]), float(columns["state.eta.y"][k])
         off = distance(truth.truth, next_zero + columns["t"][k] - plant_zero, x, y)
         sigma = float(columns["state.position_std"][k])
-        worst = max(worst, (off / sigma, off, sigma))
+        found.append(Off(off / sigma, off, sigma))
+    worst = worst_of(found)
     since = truth.truth["t"] - (next_zero - plant_zero)
     under = (since >= 0.0) & (since <= columns["t"][-1])
     depths, moved = truth.truth["eta.z"][under], bool(columns["applied.armed"].any())
@@ -74,11 +75,11 @@ def trial(
         "gap_s": round(next_zero - killed, 1),
         "speed_m_s": round(float(log.columns["state.nu.u"][-1]), 2),
         "log_lost_s": round(lost, 2),
-        "error_m": round(worst[1], 2),
-        "sigma_m": round(worst[2], 2),
-        "sigmas": round(worst[0], 3),
+        "error_m": round(worst.error, 2),
+        "sigma_m": round(worst.sigma, 2),
+        "sigmas": round(worst.sigmas, 3),
         "depth_m": round(float(depths[0]), 1),
         "came_up": moved,
         "depth_at_end_m": round(float(depths[-1]), 1),
-        "wrong": wrong(log, after, lost=lost, sigmas=worst[0]) + left_down(armed, since[under], depths, moved),
+        "wrong": wrong(log, after, lost=lost, sigmas=worst.sigmas) + left_down(armed, since[under], depths, moved),
     }

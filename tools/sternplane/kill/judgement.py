@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,15 +30,15 @@ def no_start(process: Process) -> dict[str, Any]:
 
 
 def wrong(*logs: Log, lost: float, sigmas: float = 0.0) -> list[str]:
-    """Return what is wrong; nothing for a trial as it should be.
+    """Return what is wrong; nothing for a trial as it should be. What is not a number is wrong.
 
     Args:
         logs: each must replay to the bit.
         lost: how much of the killed one's log is lost, s.
-        sigmas: how far off the next one believes itself, in its own sigma; 0 where that is not judged.
+        sigmas: how far off the next one is, in its own sigma; 0 where that is not judged.
     """
-    found = ["confidently lost"] if sigmas > _SIGMAS_MAX else []
-    if lost > _LOST_MAX:
+    found = ["confidently lost"] if not sigmas <= _SIGMAS_MAX else []
+    if not lost <= _LOST_MAX:
         found.append("more of the log is lost")
     results = [replay(log, build) for log in logs]
     return found + [str(result) for result in results if not result.equal]
@@ -53,9 +54,22 @@ def left_down(armed: bool, t: Array, z: Array, moved: bool) -> list[str]:
         moved: whether the vehicle armed itself.
     """
     begun = z[t <= _RESTART_S]
-    if armed and begun.min() > _SURELY_UNDER:
+    if armed and not begun.min() <= _SURELY_UNDER:
         return [] if moved and z[-1] < _UP else [f"stays under water, at {z[-1]:.1f} m"]
     return ["moves at the surface"] if moved and begun.max() < _UP else []
+
+
+class Off(NamedTuple):
+    """How far off an estimate is: in its own sigma, and both in m."""
+
+    sigmas: float
+    error: float
+    sigma: float
+
+
+def worst_of(found: Iterable[Off]) -> Off:
+    """Return the one that is off by most in its own sigma; first of all one that is not a number."""
+    return max(found, key=lambda one: (math.isnan(one.sigmas), one.sigmas))
 
 
 def distance(truth: Columns, t: float, x: float, y: float) -> float:
