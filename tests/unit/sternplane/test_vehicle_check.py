@@ -102,6 +102,16 @@ def test_a_simulated_hull_that_turns_otherwise_than_the_vehicle_file_believes_is
     assert ("are of two hulls" in belief.text) == (grade is Grade.WARN)
 
 
+def test_a_simulated_hull_that_no_rudder_turns_fails(remus: Path) -> None:
+    dead = "\n[coefficients]\nN_dr = 0.0\nY_dr = 0.0\nK_prop = 0.0\nN_prop = 0.0\n"
+    (remus / "truth.toml").write_text((remus / "truth.toml").read_text() + dead)
+    checked = check(read_files(remus))
+    (turn,) = (one for one in checked.findings if one.topic == "turn")
+    assert turn.grade is Grade.FAIL
+    assert "deg of rudder does not turn it" in turn.text
+    assert "belief" not in {one.topic for one in checked.findings}
+
+
 def test_level_flight_leaves_no_force_and_no_moment(remus: Path) -> None:
     vehicle = read_files(remus).vehicle
     c, u = vehicle.coefficients, 1.4

@@ -13,14 +13,17 @@ from typing import Any
 import pytest
 from sternplane.cli.main import main
 from sternplane.sitl.flight import FlightRequest, prepare
+from sternplane.vehicles.conversion import Converted
 from sternplane.vehicles.derivative_table import Entry, read_entries, read_lists
+from sternplane.vehicles.fill import symmetric
 from sternplane.vehicles.import_command import FIRST_FLIGHT, Imported, import_table, texts
 from sternplane.vehicles.limits import read_files
 from sternplane.vehicles.particulars import read_particulars
 from sternplane.vehicles.propeller_curves import OpenWater, fit_propeller
 from sternplane.vehicles.starting_set import stiffened
 from sternplane.vehicles.swum import steady_speed
-from sternplane.vehicles.terms import elsewhere, parse, term_of, unit
+from sternplane.vehicles.terms import NAMES as NAMES_OF_ALL
+from sternplane.vehicles.terms import OURS, Term, elsewhere, parse, term_of, unit
 from sternplane.vehicles.units import parse_unit
 
 from firmware_py.adapters.installation import configs
@@ -255,6 +258,25 @@ def test_a_round_hull_needs_one_plane(tmp_path: Path) -> None:
         pytest.approx(-given["Z_ds"]),
         pytest.approx(given["M_ds"]),
     )
+
+
+def test_a_round_hull_gives_every_term_of_one_plane_to_the_other() -> None:
+    """By a quarter turn about x: y becomes z, a rotation about z one about -y, a rudder a stern plane the other way."""
+    turned = {"u": ("u", 1), "v": ("w", 1), "r": ("q", -1), "dr": ("ds", -1), "vdot": ("wdot", 1), "rdot": ("qdot", -1)}
+    axes = {"X": ("X", 1), "Y": ("Z", 1), "N": ("M", -1)}
+    pairs = {}
+    for across in NAMES_OF_ALL:
+        axis, factors, _ = term_of(across)
+        if axis in axes and set(factors) <= turned.keys() and set(factors) - {"u"}:
+            images = [axes[axis], *(turned[factor] for factor in factors)]
+            upright = OURS[Term(images[0][0], tuple(sorted(name for name, _ in images[1:])))]
+            pairs[across, upright] = math.prod(sign for _, sign in images)
+    assert len(pairs) == 16
+    for (across, upright), sign in pairs.items():
+        for given, missing in ((across, upright), (upright, across)):
+            made = Converted({given: 0.01})
+            symmetric(made)
+            assert made.coefficients == {given: 0.01, missing: sign * 0.01}
 
 
 def test_an_x_of_four_fins_makes_in_each_plane_what_its_table_says(tmp_path: Path) -> None:

@@ -184,6 +184,10 @@ def _turning(files: Files, turns: dict[float, Turn], able: Manoeuvrability) -> I
     if turn.diverged:
         yield Finding("turn", Grade.WARN, f"with {math.degrees(full):.0f} deg of rudder no steady turn is reached")
         return
+    if math.isinf(turn.radius):
+        said = f"{math.degrees(full):.0f} deg of rudder does not turn it: check N_dr, Y_dr and shares of truth.toml"
+        yield Finding("turn", Grade.FAIL, said)
+        return
     port = "to port" if turn.rate < 0.0 else "TO STARBOARD: a positive rudder must turn to port"
     text = f"{math.degrees(full):.0f} deg of rudder turns {port}, radius {turn.radius:.1f} m at {turn.speed:.2f} m/s"
     text += f"; guidance.turn_radius_m = {guidance.turn_radius:g}"
@@ -236,7 +240,8 @@ def _abilities(files: Files, able: Manoeuvrability, turns: dict[float, Turn], to
     yield "least steerable speed", f"{able.speed:.2f} m/s"
     if turns:
         turn = turns[max(turns)]
-        yield "tightest circle, swum", f"{turn.radius:.1f} m ({turn.radius / vehicle.hull.length:.1f} lengths)"
+        circle = f"{turn.radius:.1f} m ({turn.radius / vehicle.hull.length:.1f} lengths)"
+        yield "tightest circle, swum", circle if math.isfinite(turn.radius) else "none"
         yield "turn rate, full rudder", f"{math.degrees(abs(turn.rate)):.1f} deg/s"
     able_to = able.turn_radius if math.isfinite(able.turn) else 0.0
     yield "tightest circle that is asked for", f"{max(files.autopilot.guidance.turn_radius, able_to):.1f} m"

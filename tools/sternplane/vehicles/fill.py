@@ -28,6 +28,9 @@ _MIRRORED = (
     ("X_drdr", "X_dsds", 1.0),
     ("X_rr", "X_qq", 1.0),
     ("X_vr", "X_wq", -1.0),
+    ("X_vv", "X_ww", 1.0),
+    ("X_rdr", "X_qds", 1.0),
+    ("X_vdr", "X_wds", -1.0),
 )
 """(sway and yaw, heave and pitch, sign) of a hull of revolution with equal fins, seen after a quarter turn about x."""
 _CORIOLIS = (
