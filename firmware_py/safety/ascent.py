@@ -137,7 +137,8 @@ class Ascent:
         pitch = clip(v.theta, _STEEPEST, self._params.pitch) if v.attitude_ok else 0.0
         far = v.attitude_ok and abs(v.theta - pitch) > self._params.pitch_error
         off = self._params.pitch_error_time if far else 0.0  # it did not go so far in a moment
-        begun = AscentMemory(stage, pitch=pitch, z_dot=v.z_dot, off=off, asked=was.asked, drop=was.drop)
+        asked = was.asked or was.drop  # what was released before is not asked for again
+        begun = AscentMemory(stage, pitch=pitch, z_dot=v.z_dot, off=off, asked=asked, drop=was.drop)
         return begun._replace(
             gathers=self._gathers(v), begun=v.t, since=v.t, t_best=v.t, t_told=v.t,
             z=v.z, least=v.z, best=v.z, z_begun=v.z, altitude_begun=v.altitude,

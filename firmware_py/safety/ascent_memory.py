@@ -32,7 +32,7 @@ class AscentMemory(NamedTuple):
         t_fix: since when a fix has been heard, s; NaN while none is.
         most: the altitude from which less counts: the greatest since SURFACE or a new attempt began, m.
         t_told: when it was last told that the vehicle waits, s.
-        asked: whether the release was asked for; without a weight that is said once in each SURFACE.
+        asked: whether the release was asked for, or made before; without a weight that is said once in each SURFACE.
         drop: whether the weight is released, for good.
         heavy: whether it sank with its bow up, so that it drives with full power to the end of SURFACE.
     """

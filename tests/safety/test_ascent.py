@@ -339,6 +339,17 @@ def test_the_weight_stays_released() -> None:
     assert EventKind.WEIGHT_RELEASED not in {event.kind for event in vehicle.events}
 
 
+@pytest.mark.parametrize(("u", "seconds"), [(0.05, 6.0), (1.5, 31.0)])
+def test_a_weight_that_was_released_before_keeps_no_propeller_astern(u: float, seconds: float) -> None:
+    """It was asked for in every tick again, and the vehicle driven down astern, to 98 m."""
+    vehicle = Rising()
+    vehicle.memory = AscentMemory(drop=True)
+    assert vehicle.go(5.0, 0.3, jam=PlaneJam.DOWN, theta=-0.2) is REVERSE
+    assert vehicle.go(seconds - 5.0, 0.3, u=u) is STOPPED
+    vehicle.go(46.0, 0.0)
+    assert vehicle.causes == [Cause.PLANES_STUCK, Cause.NONE, Cause.NO_CLIMB]
+
+
 def angles(*degrees: float) -> tuple[Heard[float], ...]:
     return tuple(Heard(math.radians(d), 0.0, True, not math.isnan(d)) for d in degrees)
 
