@@ -186,7 +186,7 @@ class Guidance:
         """Fly the current item; return cross-track distance, m (NaN off a leg), and excitation."""
         route = self._flown
         self._override_speed(u_d)
-        if entered:
+        if entered or not route.entered:
             route.enter(state.eta.x, state.eta.y, self._depth.command)
         item = route.current
         if isinstance(item, Manoeuvre):
@@ -274,7 +274,7 @@ class Guidance:
         return self._rally
 
     def restart(self) -> None:
-        """Start the mission from its beginning; called when it was replaced."""
+        """Start the mission from its beginning; called when it was replaced. If it is flown, it is entered anew."""
         self._route.reset()
         self._learning.reset()
 

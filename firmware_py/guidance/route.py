@@ -100,6 +100,11 @@ class Route:
         return item
 
     @property
+    def entered(self) -> bool:
+        """Whether the leg to the current item has a start: a mission that was replaced has none yet."""
+        return self._memory.start is not None
+
+    @property
     def rally(self) -> Place | None:
         """The rally point that the vehicle goes to, if any."""
         return self._memory.rally

@@ -229,6 +229,17 @@ def test_return_to_launch_without_a_rally_point_is_home_and_then_up(tmp_path: Pa
     assert z[-1] < 1.0
 
 
+def test_a_return_to_launch_that_replaces_the_mission_in_flight_is_flown_from_there(tmp_path: Path) -> None:
+    script = {1.0: [at(WAYPOINT, 900, 0, 6.0)], 2.0: command(START, 0, 0), 20.0: [at(RETURN, 0, 0)]}
+    log = flown(tmp_path, Planner(script), 150.0, "surfaced", "[autopilot.estimation.position]\nstd_start_m = 5.0\n")
+    assert log.end["completed"], log.end
+    modes = [text for _, text in log.sentences if " -> " in text]
+    assert modes[-2:] == ["MISSION -> SURFACE: mission done", "SURFACE -> DISARMED: surfaced"]
+    c = log.columns
+    k = np.flatnonzero(c["mode.mode"] == Mode.SURFACE)[0]
+    assert math.hypot(c["state.eta.x"][k], c["state.eta.y"][k]) < 8.0
+
+
 def test_beyond_the_fence_it_surfaces_says_why_and_turns_to_the_rally_point(tmp_path: Path) -> None:
     fence = [at(INSIDE, 0, 0, 0, 60, kind=FENCE), at(OUTSIDE, -50, 0, 0, 10, kind=FENCE)]
     planner = Planner({1.0: fence, 2.0: [at(RALLY_POINT, -10, 10, kind=RALLY)], 3.0: [at(WAYPOINT, 70, 0, 5)]})

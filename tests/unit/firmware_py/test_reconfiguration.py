@@ -17,9 +17,9 @@ from firmware_py.reconfiguration import PartsFactory
 from firmware_py.records.command import Applied, FinCommand, ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event_text import texts
-from firmware_py.records.fence import Disc, Fence
+from firmware_py.records.fence import HOME, Disc, Fence
 from firmware_py.records.health import sound
-from firmware_py.records.mission import Mission, Waypoint
+from firmware_py.records.mission import Mission, Surface, Waypoint
 from firmware_py.records.order import Arming, FenceChange, MissionChange, Mode, Order, ParameterChange
 from firmware_py.records.sensing import Ahrs, Battery, Heard, silence
 from firmware_py.tick import Tick
@@ -69,8 +69,9 @@ def test_what_takes_effect_with_the_next_start_is_refused_in_flight_and_all_stay
     assert "estimation.learning.enabled takes effect with the next start alone" in texts(told)[0]
 
 
-def flown(parts: Parts, k: int, order: Order) -> Reference:
-    return parts.guidance.update(Tick(k, 10_000_000), ModeState(Mode.MISSION, False, 0), order, STATE)
+def flown(parts: Parts, k: int, order: Order, x: float = 0.0) -> Reference:
+    state = dataclasses.replace(STATE, eta=STATE.eta._replace(x=x))
+    return parts.guidance.update(Tick(k, 10_000_000), ModeState(Mode.MISSION, False, 0), order, state)
 
 
 def test_a_new_mission_is_flown_from_its_first_item_and_a_new_fence_goes_on_with_the_same() -> None:
@@ -85,6 +86,17 @@ def test_a_new_mission_is_flown_from_its_first_item_and_a_new_fence_goes_on_with
     assert (reference.item, reference.waypoint) == (0, 0)
     assert reference.target_distance == pytest.approx(100.0)
     assert reference.target_bearing == pytest.approx(0.5 * math.pi)
+
+
+def test_a_return_that_replaces_the_mission_in_flight_goes_home_from_there() -> None:
+    factory, parts = made()
+    parts, _ = factory.apply((MissionChange(TO_THE_NORTH),), parts)
+    flown(parts, 0, Order(), 60.0)
+    parts, failed = factory.apply((MissionChange(Mission((Surface(rally=True),))),), parts)
+    assert not failed
+    reference = flown(parts, 1, Order(), 60.0)
+    assert reference.rally == HOME
+    assert reference.cross_track == pytest.approx(0.0)
 
 
 def test_a_changed_parameter_that_safety_rests_on_is_told_with_both_values_and_others_are_not() -> None:

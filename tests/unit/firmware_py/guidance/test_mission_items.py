@@ -340,11 +340,38 @@ def test_a_mission_that_is_taken_away_while_it_is_flown_is_over() -> None:
     assert not vehicle.guidance.finished  # nobody flies one
 
 
-def test_another_mission_begins_at_its_first_item_in_the_middle_of_a_manoeuvre() -> None:
-    vehicle = kinematic(Manoeuvre(ManoeuvreKind.PRBS, duration=60.0), at(100.0))
-    vehicle.run(Mode.MISSION, 10.0)
-    other = Guidance(PARAMS, Mission((at(-50.0), at(-90.0))))
+def replace_mission(vehicle: Kinematic, *items, rally: tuple[Place, ...] = ()) -> None:
+    """Give the vehicle another mission, as `reconfiguration` does, while it flies one."""
+    other = Guidance(PARAMS, Mission(items), rally=rally)
     other.thaw(vehicle.guidance.freeze())
     other.restart()
     vehicle.guidance = other
+
+
+def test_another_mission_begins_at_its_first_item_in_the_middle_of_a_manoeuvre() -> None:
+    vehicle = kinematic(Manoeuvre(ManoeuvreKind.PRBS, duration=60.0), at(100.0))
+    vehicle.run(Mode.MISSION, 10.0)
+    replace_mission(vehicle, at(-50.0), at(-90.0))
     assert flown(vehicle, 300.0) == [0, 1, 2]
+
+
+def test_another_mission_that_is_a_return_alone_is_returned_from_where_the_vehicle_is() -> None:
+    """It flew straight on for ever."""
+    vehicle = kinematic(at(900.0), rally=(Place(-30.0, 0.0),))
+    vehicle.run(Mode.MANUAL, 0.1)  # it follows the vehicle, to its depth
+    vehicle.run(Mode.MISSION, 20.0)
+    replace_mission(vehicle, Surface(rally=True), rally=(Place(-30.0, 0.0),))
+    assert flown(vehicle, 120.0) == [0, 1]
+    assert math.hypot(vehicle.x + 30.0, vehicle.y) < PARAMS.line_of_sight.acceptance + 0.1
+    assert vehicle.events == ["rally point reached"]
+
+
+def test_the_first_leg_of_another_mission_begins_where_the_vehicle_is() -> None:
+    """Without a leg a waypoint abeam is no nearer than the turning circle: it went around it for ever."""
+    vehicle = kinematic(at(900.0))
+    vehicle.run(Mode.MANUAL, 0.1)  # it follows the vehicle, to its depth
+    vehicle.run(Mode.MISSION, 20.0)
+    x = vehicle.x
+    replace_mission(vehicle, at(x + 10.0, 20.0))
+    assert flown(vehicle, 60.0) == [0, 1]
+    assert vehicle.events == ["waypoint 1 of 1 passed"]
