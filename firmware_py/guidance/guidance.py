@@ -200,9 +200,9 @@ class Guidance:
     def _fly(self, end: Waypoint, state: StateEstimate, dt: float) -> float:
         """Set the setpoint of a leg; return the cross-track distance, m; NaN in a circle for the depth, no leg."""
         route, eta, command = self._flown, state.eta, self._depth.command
-        before, reach = route.freeze(), self._params.reach(self._turning, self._speed(end.u), state.nu.u)
+        reach = self._params.reach(self._turning, self._speed(end.u), state.nu.u)
         way = route.follow(eta.x, eta.y, reach, lambda end: self._bottom.depth_of(end, command) - eta.z, dt)
-        self.events = route.events_since(before)
+        self.events = route.events
         after = route.current
         if isinstance(after, Waypoint) or route.finished:
             end = after if isinstance(after, Waypoint) else end

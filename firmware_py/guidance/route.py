@@ -62,7 +62,9 @@ class Route:
         self._before.append(before)
         self._memory = self._from(0, BEGINNING)
         self._missed = math.nan
-        """How much too shallow the current waypoint was given up in this tick, m; NaN: it was not."""
+        """How much too shallow the last waypoint was given up, m; NaN: it was not."""
+        self.events: tuple[Event, ...] = ()
+        """What the last `follow` reached, in its order."""
 
     def __len__(self) -> int:
         """Return the number of waypoints."""
@@ -147,7 +149,7 @@ class Route:
         next leg, if the vehicle is too `shallow` for it, m, or too deep, by no more than `reach.depth`. Where no
         waypoint follows, the leg stays the one behind. `dt` is the tick, s.
         """
-        end, self._missed = self.current, math.nan
+        end, self.events = self.current, ()
         assert isinstance(end, Waypoint)
         start = self._memory.start or end._replace(x=x, y=y)
         way = leg(start, end, x, y)
@@ -155,6 +157,7 @@ class Route:
             near = max(reach.acceptance, self._wheel_over(end, way, reach))
             if not self._is_reached(end, way, near, reach, shallow(end), x, y, dt):
                 break
+            self.events += (self._reached(),)
             self._memory = self._from(self._memory.next + 1, self._memory)
             self._memory = self._memory._replace(start=end)
             self._seek(x, y)
@@ -164,21 +167,6 @@ class Route:
             start, end = end, after
             way = leg(start, end, x, y)
         return way
-
-    def events_since(self, before: RouteProgress) -> tuple[Event, ...]:
-        """Return the events of what was passed since `before`."""
-        if self._memory.next == before.next:
-            return ()
-        if before.rally is not None:
-            reached = EventKind.HOME_REACHED if before.rally == HOME else EventKind.RALLY_POINT_REACHED
-            return (event(reached),)
-        first = self._before[before.next]
-        last = max(self.index, first + 1)  # a jump may lead back
-        passed, numbers = EventKind.WAYPOINT_PASSED, range(first + 1, last + 1)
-        events = [event(passed, numbers=(float(i), float(len(self)))) for i in numbers]
-        if not math.isnan(self._missed):
-            events[0] = event(EventKind.WAYPOINT_MISSED, numbers=(first + 1.0, float(len(self)), self._missed))
-        return tuple(events)
 
     def circle(self, x: float, y: float, circle: Circle, slack: float, dt: float) -> bool:
         """Count turns and time on a loiter's circle, which is joined within `slack`, m; return whether it is over."""
@@ -221,7 +209,7 @@ class Route:
     ) -> bool:
         """Return whether a waypoint is reached or given up; circle through one that is passed at another depth."""
         at_depth = self._memory.rally is not None or abs(shallow) <= reach.depth
-        spiral = self._memory.spiral
+        spiral, self._missed = self._memory.spiral, math.nan
         if spiral is None:
             if not is_passed(way, near, reach.acceptance):
                 return False
@@ -240,6 +228,15 @@ class Route:
             return True
         self._memory = self._memory._replace(spiral=spiral)
         return False
+
+    def _reached(self) -> Event:
+        """Return the event that the current waypoint is reached, or given up."""
+        rally, which = self._memory.rally, (self.index + 1.0, float(len(self)))
+        if rally is not None:
+            return event(EventKind.HOME_REACHED if rally == HOME else EventKind.RALLY_POINT_REACHED)
+        if math.isnan(self._missed):
+            return event(EventKind.WAYPOINT_PASSED, numbers=which)
+        return event(EventKind.WAYPOINT_MISSED, numbers=(*which, self._missed))
 
     def _go(self, item: int, memory: RouteProgress, x: float, y: float, z: float) -> None:
         self._memory = self._from(item, memory)

@@ -375,3 +375,18 @@ def test_the_first_leg_of_another_mission_begins_where_the_vehicle_is() -> None:
     replace_mission(vehicle, at(x + 10.0, 20.0))
     assert flown(vehicle, 60.0) == [0, 1]
     assert vehicle.events == ["waypoint 1 of 1 passed"]
+
+
+@pytest.mark.parametrize(
+    ("items", "passed"),
+    [
+        ((at(30.0), Jump(3, 1), at(60.0), at(90.0)), ["waypoint 1 of 3 passed", "waypoint 3 of 3 passed"]),
+        ((at(30.0), Surface(), at(60.0), at(90.0)), ["waypoint 1 of 3 passed"]),
+        ((at(30.0), at(33.0), at(90.0)), [f"waypoint {i} of 3 passed" for i in (1, 2, 3)]),
+        ((at(60.0), at(60.0, 80.0), Jump(0, 1)), [f"waypoint {i} of 2 passed" for i in (1, 2, 1, 2)]),
+    ],
+)
+def test_those_waypoints_alone_are_told_as_passed_that_were_flown(items: tuple, passed: list[str]) -> None:
+    vehicle = kinematic(*items)
+    flown(vehicle, 600.0)
+    assert vehicle.events == passed
