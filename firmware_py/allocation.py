@@ -6,10 +6,15 @@ generalised inverse; Bordignon 1996). A fin that is stuck at a known angle is he
 others oppose it. If it reports, it is still asked for what it would do sound, to show when it comes free; else it is
 told to be where it is thought to be, so that all who go by commands know of it. A fin that makes less force than others
 of its axis is asked for less of the axis' work; what all of an axis have lost, the laws know of.
+
+Sound fins that cannot make both leave as much undone of one axis as of the other. Where a fin of an X is damaged, pitch
+comes first (ours): what opposes a stuck fin is one-sided, and a turn would take the pitch away, or turn it about. A
+wrong heading leads off the track, a wrong pitch to the bottom.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -20,6 +25,8 @@ from firmware_py.vehicle.vehicle import Vehicle
 
 _REGULARISATION = 1e-9
 """Relative; the free fins may all act along one line, which still has a least-squares solution."""
+_MADE = 1e-6
+"""What is so little off delta_s, rad, is made."""
 _Row = tuple[float, ...]
 
 
@@ -46,6 +53,7 @@ class Allocator:
         self.size = len(vehicle.fins)
         self._s, self._r = effectiveness.s, effectiveness.r
         self._limits = tuple(fin.delta_max for fin in vehicle.fins)
+        self._coupled = any(a * b != 0.0 for a, b in zip(self._s, self._r, strict=True))
         self._sound = self._layout(())
         self._last: tuple[tuple[FinHealth, ...], _Layout] = (), self._sound
 
@@ -74,7 +82,10 @@ class Allocator:
                 angles[i] = from_s * rest_s + from_r * rest_r
         for i in layout.free:
             if not -self._limits[i] <= angles[i] <= self._limits[i]:
-                return FinCommand(self._redistribute(layout, angles, delta_s, delta_r), demand.n)
+                angles = self._redistribute(layout, angles, delta_s, delta_r)
+                break
+        if self._coupled and layout is not self._sound:
+            self._put_pitch_first(layout, angles, delta_s)
         return FinCommand(tuple(angles), demand.n)
 
     def _layout(self, left: tuple[FinHealth, ...]) -> _Layout:
@@ -94,9 +105,7 @@ class Allocator:
         )
         return _Layout(s, r, free, tuple(gains), _dot(self._s, stuck), _dot(self._r, stuck), kept)
 
-    def _redistribute(
-        self, layout: _Layout, unlimited: Sequence[float], delta_s: float, delta_r: float
-    ) -> tuple[float, ...]:
+    def _redistribute(self, layout: _Layout, unlimited: Sequence[float], delta_s: float, delta_r: float) -> list[float]:
         """Hold each fin beyond its limit there and allocate the remainder to the free fins, until none is beyond."""
         angles, free, limits = list(unlimited), layout.free, self._limits
         held = [0.0] * self.size
@@ -109,7 +118,18 @@ class Allocator:
             gains = _pseudo_inverse(*[[row[i] for i in free] for row in (layout.s, layout.r, limits)])
             for i, (from_s, from_r) in zip(free, gains, strict=True):
                 angles[i] = from_s * rest_s + from_r * rest_r
-        return tuple(angles)
+        return angles
+
+    def _put_pitch_first(self, layout: _Layout, angles: list[float], delta_s: float) -> None:
+        """Move fins towards the ends of their travel until delta_s is made, each by the same share of its way there."""
+        unmade = delta_s - layout.stuck_s - sum([layout.s[i] * angles[i] for i in layout.free])
+        if abs(unmade) <= _MADE:
+            return
+        ends = [(i, math.copysign(self._limits[i], unmade * layout.s[i])) for i in layout.free if layout.s[i]]
+        most = sum([layout.s[i] * (end - angles[i]) for i, end in ends])
+        share = min(unmade / most, 1.0) if most else 0.0
+        for i, end in ends:
+            angles[i] = clip(angles[i] + share * (end - angles[i]), -self._limits[i], self._limits[i])
 
 
 def _weighted(row: _Row, left: Sequence[FinHealth], free: Sequence[int]) -> _Row:

@@ -66,3 +66,21 @@ def test_nothing_is_learned_of_an_x_that_lost_a_fin_and_no_sensor_is_blamed_for_
     assert not c["state.learned.valid"][after].any()
     assert (c["state.sensors.ahrs.state"] == SourceState.GOOD).all()
     assert np.abs(log.truth["eta.z"] - c["reference.z_d"])[after].max() < 0.25
+
+
+def test_an_x_with_one_fin_hard_over_comes_up_in_a_circle(flown: Flights) -> None:
+    """Its heading law took away what pitch there was: the bow went down by 20 deg, and the propeller stopped."""
+    text = under_way(
+        120.0,
+        20.0,
+        hold(20.0),
+        completes="surfaced",
+        faults=("jam:upper_port=20@4",),
+        bottom=60.0,
+        rpm=1753.0,
+    )
+    outcome, log = flown(text, vehicle=X)
+    assert outcome.surfaced
+    assert log.truth["eta.z"].max() < 21.0
+    assert np.ptp(np.unwrap(log.truth["eta.psi"])) > np.radians(360.0)
+    assert not log.columns["mode.drop"].any()

@@ -201,6 +201,40 @@ def test_what_all_fins_have_lost_is_left_to_the_laws(vehicle: Vehicle, delta_s: 
     )
 
 
+@pytest.mark.parametrize("name", ["x", "y"])
+@given(angle, angle, st.floats(-23, 23), st.integers(0, 2))
+def test_where_fins_act_on_both_axes_the_pitch_comes_before_the_heading_against_a_stuck_one(
+    name: str, delta_s: float, delta_r: float, at: float, which: int
+) -> None:
+    vehicle = LAYOUTS[name]
+    left = damaged(vehicle, **{f"fin{which}": stuck_at(at)})
+    pitch = rows(vehicle)[0]
+    free = [i for i in range(len(pitch)) if i != which]
+    most = sum(abs(pitch[i]) * vehicle.fins[i].delta_max for i in free)
+    held = pitch[which] * math.radians(at)
+    fins = Allocator(vehicle).allocate(demand(delta_s, delta_r), left).fins
+    assert made(vehicle, fins, left)[0] == pytest.approx(np.clip(delta_s, held - most, held + most), abs=2e-6)
+    assert all(abs(a) <= fin.delta_max for a, fin in zip(fins, vehicle.fins, strict=True))
+
+
+def test_a_turn_does_not_take_the_pitch_of_an_x_away_whose_fin_is_hard_over() -> None:
+    """Asked for 10 deg up in a turn, the fins made 9 deg down."""
+    left = damaged(LAYOUTS["x"], fin0=stuck_at(20.0))
+    fins = Allocator(LAYOUTS["x"]).allocate(demand(math.radians(-10.0), math.radians(-28.0)), left).fins
+    assert np.degrees(made(LAYOUTS["x"], fins, left)[0]) == pytest.approx(-10.0)
+
+
+@pytest.mark.parametrize("name", ["plus", "plus and bow", "two"])
+@given(angle, angle, angle, st.floats(-23, 23))
+def test_where_each_fin_acts_on_one_axis_none_knows_of_the_other(
+    name: str, delta_s: float, delta_r: float, other: float, at: float
+) -> None:
+    left = damaged(LAYOUTS[name], fin0=stuck_at(at))
+    one, two = (Allocator(LAYOUTS[name]).allocate(demand(delta_s, r), left).fins for r in (delta_r, other))
+    planes = [i for i, fin in enumerate(LAYOUTS[name].fins) if fin.hinge == 0.0]
+    assert [one[i] for i in planes] == pytest.approx([two[i] for i in planes], abs=1e-8)
+
+
 def test_a_fin_that_is_known_to_be_lost_is_asked_for_nothing_and_costs_the_axis_its_share() -> None:
     vehicle = LAYOUTS["x"]
     left = damaged(vehicle, fin0=FinHealth(0.0, source=FinEvidence.MOTION))
