@@ -34,7 +34,6 @@ from firmware_py.safety.actuator_watch import ActuatorWatch
 from firmware_py.safety.gate import Gate
 from firmware_py.safety.supervisor import SafetyParams, Supervisor, VehicleFin
 from firmware_py.tick import step_ns
-from firmware_py.vehicle.fins import deflection_rows
 from firmware_py.vehicle.vehicle import Vehicle
 
 
@@ -253,12 +252,10 @@ class PartsFactory:
 
     def _supervisor(self) -> Supervisor:
         with prefix_errors(self._files["autopilot"]):
-            rows = deflection_rows(self._vehicle.fins)
+            does = self._vehicle.effectiveness
             fins = tuple(
-                VehicleFin(fin.name, not (pitch or bow), share, fin.delta_max)
-                for fin, pitch, bow, share in zip(
-                    self._vehicle.fins, rows[0], rows[2], self._vehicle.effectiveness.s, strict=True
-                )
+                VehicleFin(fin.name, s, r, fin.delta_max)
+                for fin, s, r in zip(self._vehicle.fins, does.s, does.r, strict=True)
             )
             has_mission = bool(self._now.mission.items)
             weight = self._vehicle.drop_weight is not None

@@ -92,9 +92,9 @@ def _about(event: Event) -> tuple[object, ...]:
 def _text(events: Sequence[Event], name: ModeName) -> str:
     first = events[0]
     if first.kind is EventKind.ARMING_REFUSED:
-        return f"arming refused{_station(' to', first.asker)}: {'; '.join(map(_obstacle, events))}"
+        return f"arming refused{_station(' to', first.asker)}: {_obstacles(events)}"
     if first.kind is EventKind.ARMING_CHECK_FAILED:
-        return f"arming would be refused: {'; '.join(map(_obstacle, events))}"
+        return f"arming would be refused: {_obstacles(events)}"
     if first.kind is EventKind.LEARNING_REPORT:
         return f"{_manoeuvre(first)}: {report_text(events)}"
     if first.kind is EventKind.MODEL_CHANGED:
@@ -150,6 +150,11 @@ def _fault(event: Event, number: float) -> str:
     if number == ActuatorFault.WEAK and event.cause in _BY_AXIS:
         return f"{name}: half of the effect is left"
     return f"{name}: {actuator_fault_text(number)}"
+
+
+def _obstacles(events: Sequence[Event]) -> str:
+    """Return what keeps a vehicle from being armed; a fin of an X, which is plane and rudder, is named once."""
+    return "; ".join(dict.fromkeys(map(_obstacle, events)))
 
 
 def _obstacle(event: Event) -> str:

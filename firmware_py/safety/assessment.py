@@ -144,27 +144,29 @@ def actuator_faults(
 ) -> ActuatorFaults:
     """Return the faults by kind; fins are damaged while at least `reserve` of a sound vehicle's control is left.
 
-    Where only the motion tells the angle at which a fin stays, less will do: it is some degrees off at first.
+    A fin of an X is a plane and a rudder: it is damaged while enough is left of both axes. Where only the motion tells
+    the angle at which a fin stays, less will do: it is some degrees off at first.
     """
     if health.faultless:
         return NO_FAULTS
-    planes, rudders = list[Faulty](), list[Faulty]()
-    reach = list[float](), list[float]()
-    for fault, fin in zip(health.fins, vehicle_fins, strict=True):
-        (rudders if fin.rudder else planes).append(Faulty(fault, fin.name))
-        reach[fin.rudder].append(fin.limit if fin.rudder else abs(fin.share) * fin.limit)
-    planes, rudders = _together(planes, "stern planes" if rudders else "fins"), _together(rudders, "rudders")
+    fins = list(zip(health.fins, vehicle_fins, strict=True))
+    both = any(fin.s and fin.r for fin in vehicle_fins)
+    axes = ("fins", "fins") if both else ("stern planes", "rudders")
+    planes = _together([Faulty(fault, fin.name) for fault, fin in fins if fin.is_plane], axes[0])
+    rudders = _together([Faulty(fault, fin.name) for fault, fin in fins if fin.r], axes[1])
+    reach_s = [abs(fin.s) * fin.limit for fin in vehicle_fins if fin.is_plane]
+    reach_r = [abs(fin.r) * fin.limit for fin in vehicle_fins if fin.r]
     by_motion = any(fin.is_stuck and fin.source is FinEvidence.MOTION for fin in health.left)
     enough = reserve * _BY_MOTION if by_motion else reserve
     dives, turns = left.dive_left >= enough, left.turn_left >= enough
-    damaged = [*(planes if dives else ()), *(rudders if turns else ())]
+    damaged = [*(planes if dives else ()), *(rudders if turns else ())] if (dives and turns) or not both else []
     propeller = [Faulty(health.propeller, "propeller")]
     everything = [*planes, *rudders, *propeller]
     if health.drop_weight is WeightState.SILENT:
         everything.append(Faulty(ActuatorFault.SILENT, "drop weight"))
     return ActuatorFaults(
-        plane=_too_slow(planes, reach[0], reserve) if dives else _first(planes, _DAMAGED),
-        rudder=_too_slow(rudders, reach[1], reserve) if turns else _first(rudders, _DAMAGED),
+        plane=_too_slow(planes, reach_s, reserve) if dives else _first(planes, _DAMAGED),
+        rudder=_too_slow(rudders, reach_r, reserve) if turns else _first(rudders, _DAMAGED),
         propeller=_first(propeller, _STUCK),
         runaway=_first(propeller, (ActuatorFault.RUNAWAY,)),
         silent=_first(everything, (ActuatorFault.SILENT,)),

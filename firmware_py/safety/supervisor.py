@@ -77,7 +77,7 @@ class Supervisor:
         self._fin_names = tuple(fin.name for fin in fins)
         self._sound = sound(len(fins))
         self._ascent = Ascent(params, drop_weight, surface_speed)
-        self._planes = Planes([fin.share for fin in fins], [fin.limit for fin in fins])
+        self._planes = Planes([fin.s for fin in fins], [fin.limit for fin in fins])
         self._enforcement = Enforcement(params)
         self._off = tuple(switched_off(params)) + (() if integrity else ("estimation.integrity.enabled",))
         self._memory = beginning(self._sound)

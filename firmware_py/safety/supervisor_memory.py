@@ -17,12 +17,17 @@ from firmware_py.safety.start import Start
 
 
 class VehicleFin(NamedTuple):
-    """What the supervisor knows of a fin: name; whether it acts on yaw alone; share of delta_s; limit, rad."""
+    """What the supervisor knows of a fin: name; what its angle adds to delta_s and to delta_r; limit, rad."""
 
     name: str
-    rudder: bool = False
-    share: float = 0.0
+    s: float = 0.0
+    r: float = 0.0
     limit: float = 0.0
+
+    @property
+    def is_plane(self) -> bool:
+        """Whether it acts on pitch; so does, as far as rules go, a bow plane that makes no moment."""
+        return self.s != 0.0 or self.r == 0.0
 
 
 class SupervisorMemory(NamedTuple):

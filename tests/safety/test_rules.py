@@ -36,8 +36,9 @@ from firmware_py.tick import Tick
 
 from .test_supervisor import DT_NS, FORCE, PARAMS, STATE, SupervisedVehicle, old, sailing
 
-FINS = (VehicleFin("port"), VehicleFin("starboard"), VehicleFin("upper", True), VehicleFin("lower", True))
+FINS = (VehicleFin("port"), VehicleFin("starboard"), VehicleFin("upper", r=0.5), VehicleFin("lower", r=0.5))
 NONE, LOOSE = ActuatorFault.NONE, ActuatorFault.LOOSE
+NAN = math.nan
 HELPLESS = UNLIMITED._replace(turn=0.0, turn_left=0.0, up=0.0, up_left=0.0, dive_left=0.0)
 CRIPPLED = UNLIMITED._replace(up=0.02, up_left=0.3, dive_left=0.3)
 AT_PLACE = Reference(5.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0, math.nan)
@@ -323,6 +324,40 @@ def test_what_a_rule_held_may_be_ordered_away_when_it_ended() -> None:
     assert vehicle.tick(Order(mode=Mode.MISSION), leak=True) is Mode.HOLD
     assert vehicle.tick(Order(mode=Mode.MISSION)) is Mode.MISSION
     assert not vehicle.answer.failsafe
+
+
+X_AND_BOW = (
+    *(VehicleFin(name, s, 0.35, 0.35) for name, s in (("a", 0.35), ("b", -0.35), ("c", 0.35), ("d", -0.35))),
+    *(VehicleFin(name, 0.8, 0.0, 0.35) for name in ("bow_port", "bow_starboard")),
+)
+
+
+@pytest.mark.parametrize(
+    ("dive_left", "turn_left", "said"),
+    [
+        (0.5, 0.5, "damage found: a: makes no force; 50% of diving and 50% of turning are left"),
+        (0.5, 0.0, "MISSION -> SURFACE: a: makes no force"),
+        (0.1, 0.1, "MISSION -> SURFACE: a: makes no force"),
+    ],
+)
+def test_fins_that_act_on_both_axes_are_planes_and_rudders(dive_left: float, turn_left: float, said: str) -> None:
+    """A vehicle whose X tail had come off flew on by its bow planes, without any way to turn."""
+    vehicle = sailing(Mode.MISSION, PARAMS, X_AND_BOW)
+    lost = ActuatorHealth((ActuatorFault.LOST,) * 4 + (NONE,) * 2, NONE)
+    left = UNLIMITED._replace(dive_left=dive_left, turn_left=turn_left)
+    told = [text for _ in range(21) if vehicle.tick(actuators=lost, left=left) for text in vehicle.events]
+    assert [text for text in told if ": makes no force" in text][4:] == [said]
+    cause = Cause.PLANE_FAULT if dive_left < 0.2 else Cause.RUDDER_FAULT
+    assert vehicle.answer.cause is (cause if vehicle.mode is Mode.SURFACE else Cause.ORDERED)
+
+
+def test_a_fin_of_an_x_that_keeps_it_from_being_armed_is_named_once() -> None:
+    vehicle = SupervisedVehicle(fins=X_AND_BOW)
+    jammed = ActuatorHealth((ActuatorFault.JAMMED, *(NONE,) * 5), NONE)
+    for _ in range(30):
+        vehicle.tick(actuators=jammed, left=HELPLESS)
+    vehicle.tick(Order(arming=Arming.ARM), actuators=jammed, left=HELPLESS)
+    assert vehicle.events == ("arming refused: a: jammed",)
 
 
 def test_the_actuator_that_a_rule_is_about_is_named_in_its_event() -> None:

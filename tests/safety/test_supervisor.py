@@ -63,7 +63,7 @@ class SupervisedVehicle:
             pressure=Heard(1.5e5, t, True, True),
             altitude=never(math.nan),
             fix=NEVER_FIX,
-            fins=(Heard(0.0, t, True, True),) * 4,
+            fins=(Heard(0.0, t, True, True),) * (len(self.fins) or 4),
             n=Heard(0.0, t, True, True),
             battery=Heard(Battery(48.0, 1.0, 0.8), t, True, True),
             leak=Heard(0.3, t, True, True),
