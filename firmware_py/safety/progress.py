@@ -57,14 +57,14 @@ class Progress(NamedTuple):
         Args:
             mode: the mode in force.
             reference: of the last tick.
-            state: position and speed.
+            state: position, and speed through the water.
             charge: what is left, in [0, 1]; NaN if it is not known.
             home: the places that count as home; the nearest is meant.
             params: `leg_way`, `energy_margin` and `battery_min`.
         """
         if mode is Mode.DISARMED:
             return NO_PROGRESS
-        x, y, u = state.eta.x, state.eta.y, state.nu.u
+        x, y, u = state.eta.x, state.eta.y, state.through_water
         way, used, needed = self.way, self.used, math.nan
         fell = self.charge - charge
         if abs(fell) <= _STEP and math.isfinite(u):

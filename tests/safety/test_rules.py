@@ -462,7 +462,9 @@ def test_the_next_leg_has_its_own_time() -> None:
             assert vehicle.tick(reference=on_leg(100.0, item)) is Mode.MISSION
 
 
-def driven(vehicle: SupervisedVehicle, charges: Iterable[float], u: float = 20.0) -> list[str]:
+def driven(
+    vehicle: SupervisedVehicle, charges: Iterable[float], u: float = 20.0, water: tuple[float, float] = (NAN, NAN)
+) -> list[str]:
     """Drive 1000 m away from home, with another charge each second (NaN: not heard); return what is told."""
     told = []
     for charge in charges:
@@ -473,7 +475,7 @@ def driven(vehicle: SupervisedVehicle, charges: Iterable[float], u: float = 20.0
             else:
                 heard = {"battery": replace(heard["battery"], t_valid=Tick(vehicle.k, DT_NS).t)}
             nu = STATE.nu._replace(u=u)
-            vehicle.tick(eta=STATE.eta._replace(x=1000.0), nu=nu, reference=AT_PLACE, frame=heard)
+            vehicle.tick(eta=STATE.eta._replace(x=1000.0), nu=nu, reference=AT_PLACE, frame=heard, water=water)
             told += vehicle.events
     return told
 
@@ -488,6 +490,14 @@ def test_the_charge_that_brings_it_home(charge: float, warns: bool) -> None:
     vehicle = sailing(Mode.MISSION)
     told = driven(vehicle, [*falling(0.8, charge, 50), *[charge] * 10])
     assert any("the way home needs" in text for text in told) is warns
+
+
+def test_metres_that_a_current_gives_cost_no_charge_and_are_not_given_on_the_way_home() -> None:
+    vehicle = sailing(Mode.MISSION)
+    told = driven(vehicle, falling(0.8, 0.7, 50), water=(5.0, 0.0))
+    progress = vehicle.supervisor.freeze().progress
+    assert progress.used / progress.way == pytest.approx(0.1 / 750.0, rel=0.05)
+    assert told == []
 
 
 @pytest.mark.parametrize("gauge", ["swapped", "silent for a while", "in whole percents"])
