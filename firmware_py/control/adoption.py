@@ -91,7 +91,7 @@ class Adoption:
         self._turns = _chosen(_TURNS, names)
         self._sizes = [abs(getattr(vehicle.coefficients, name)) for name in _TURNS]
         self._on = params.enabled and bool(names)
-        self._caution = 1.0 if self._on else 0.0
+        self._caution = 1.0
         self._sums, self._doubts = (0.0, 0.0, 0), (0.0, 0.0)
         self._passport, self._count, unknown = PassportWatch(names), len(names), (math.nan,) * len(names)
         self._nothing = replace(NOTHING_LEARNED, value=unknown, std=unknown, valid=(False,) * len(names))
@@ -140,7 +140,8 @@ class Adoption:
                 known = select(learned.value), select(learned.std), select(learned.valid)
                 axis.update(*known, left, unknown)
             self.events += self._passport.heed(learned)
-            self._caution = self._caution_now(self._turns(learned.std))
+            if self._on:  # what was due when it was switched off is due when it is switched on
+                self._caution = self._caution_now(self._turns(learned.std))
             before, self._adopted = self._adopted, self._in_force()
             self._tell(before)
         return self._adopted
@@ -195,8 +196,6 @@ class Adoption:
         An earlier flight and vehicle.toml that differ are two measurements of one vehicle: one of them is off by that,
         however certain either is of itself, until the motion of this flight has told which.
         """
-        if not self._on:
-            return 0.0
         if any(axis.design.source is Source.NOMINAL for axis in self._axes):
             return 1.0
         worst = max([s / size if s == s else 1.0 for s, size in zip(std, self._sizes, strict=True)])
@@ -210,7 +209,7 @@ class Adoption:
     def _in_force(self) -> Adopted:
         depth, heading = self._axes
         return Adopted(
-            *(depth.values, heading.values, depth.design, heading.design, self._caution),
+            *(depth.values, heading.values, depth.design, heading.design, self._caution if self._on else 0.0),
             *(depth.held, heading.held, (depth.refuted, heading.refuted), (depth.proven, heading.proven)),
             halved=(depth.halved, heading.halved),
         )

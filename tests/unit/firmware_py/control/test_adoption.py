@@ -244,6 +244,20 @@ def test_switched_off_it_goes_back_to_the_file_without_a_jump() -> None:
     assert texts(vehicle.events)[-1] == "heading law: designed from the vehicle file; adoption is off"
 
 
+@pytest.mark.parametrize("begins", [True, False])
+def test_switched_off_for_a_while_or_from_the_start_the_caution_is_as_due_when_it_is_switched_on(begins: bool) -> None:
+    """It stayed 0 for good, and what nothing was known of was flown without caution."""
+    vehicle = AdoptingVehicle(enabled=begins)
+    cautions = [vehicle.fly(1.0, learned(UNSURE)).caution]
+    for enabled in (False, True):
+        remembered = vehicle.adoption.freeze()
+        vehicle.adoption = Adoption(AdoptionParams(enabled=enabled), POLES, TEN, VEHICLE)
+        vehicle.adoption.thaw(remembered)
+        cautions.append(vehicle.fly(1.0, learned(UNSURE)).caution)
+    assert cautions == [1.0 if begins else 0.0, 0.0, 1.0]
+    assert vehicle.fly(1.0, learned(SURE)).caution == 0.0
+
+
 def test_where_nothing_is_learned_the_file_holds_and_no_caution_is_needed() -> None:
     adoption = Adoption(AdoptionParams(), POLES, (), VEHICLE)
     vehicle = AdoptingVehicle()
