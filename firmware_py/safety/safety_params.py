@@ -32,6 +32,8 @@ _NO_HOLD = (
     "terrain_action",
 )
 """Actions of rules under which neither HOLD nor RETURN can be flown, or would keep what is wrong."""
+_NO_STAY = ("leak_action", "battery_action", "fence_action", "leg_action")
+"""Actions of rules under which HOLD would keep what is wrong: it stays under water, or goes on beyond the fence."""
 _UP = (_SURFACE, _DROP)
 
 
@@ -204,6 +206,12 @@ class SafetyParams:
                 raise ParamError(
                     f'{name} = "{action.name.lower()}": neither hold nor return can be flown then; '
                     'write "none", "warn", "surface" or "surface_and_drop"'
+                )
+        for name in _NO_STAY:
+            if getattr(self, name) is Action.HOLD:
+                raise ParamError(
+                    f'{name} = "hold": it would stay as it is, under water; '
+                    'write "none", "warn", "return", "surface" or "surface_and_drop"'
                 )
 
 

@@ -281,6 +281,13 @@ def test_an_answer_that_cannot_be_flown_is_refused(name: str, action: Action) ->
         load(SafetyParams, {**dump(PARAMS), name: action.name.lower()}, "test")
 
 
+@pytest.mark.parametrize("name", ["leak_action", "battery_action", "fence_action", "leg_action"])
+def test_an_answer_that_keeps_what_is_wrong_is_refused_and_a_return_is_none(name: str) -> None:
+    with pytest.raises(ParamError, match=f'{name} = "hold"'):
+        load(SafetyParams, {**dump(PARAMS), name: "hold"}, "test")
+    assert getattr(load(SafetyParams, {**dump(PARAMS), name: "return"}, "test"), name) is Action.RETURN
+
+
 def test_a_warning_is_told_once_and_again_when_it_had_ended_but_not_more_often_than_each_minute() -> None:
     case = Case(Cause.BATTERY_WARNING, "battery_warn_action", 501, battery(0.19))
     vehicle = sailing(Mode.MISSION, told(Action.WARN, case))
@@ -301,27 +308,30 @@ def test_a_warning_is_a_warning_and_no_reason_not_to_arm() -> None:
 
 
 def test_hold_makes_nothing_of_a_mode_that_is_safer() -> None:
-    params = replace(PARAMS, leak_action=Action.HOLD)
+    params = replace(PARAMS, dvl_action=Action.HOLD)
     for mode in (Mode.RETURN, Mode.SURFACE):
         vehicle = sailing(mode, params)
-        for _ in range(200):
-            assert vehicle.tick(leak=True) is mode
+        for _ in range(400):
+            assert vehicle.tick(**suspect("dvl")) is mode
 
 
 def test_the_safest_of_several_answers_is_the_mode() -> None:
-    params = replace(PARAMS, leak_action=Action.RETURN, battery_action=Action.HOLD)
+    params = replace(PARAMS, leak_action=Action.RETURN, battery_warn_action=Action.HOLD)
     vehicle = sailing(Mode.MISSION, params)
     for _ in range(501):
-        vehicle.tick(leak=True, **battery(0.05))
+        vehicle.tick(**battery(0.19))
+    assert (vehicle.mode, vehicle.answer.cause) == (Mode.HOLD, Cause.BATTERY_WARNING)
+    for _ in range(51):
+        vehicle.tick(leak=True, **battery(0.19))
     assert (vehicle.mode, vehicle.answer.cause) == (Mode.RETURN, Cause.LEAK)
     vehicle.tick(done=True, leak=True)
     assert (vehicle.mode, vehicle.answer.cause, vehicle.answer.failsafe) == (Mode.SURFACE, Cause.RETURN_DONE, True)
 
 
 def test_what_a_rule_held_may_be_ordered_away_when_it_ended() -> None:
-    vehicle = sailing(Mode.MISSION, replace(PARAMS, leak_action=Action.HOLD))
-    vehicle.ticks_until(Mode.HOLD, 200, leak=True)
-    assert vehicle.tick(Order(mode=Mode.MISSION), leak=True) is Mode.HOLD
+    vehicle = sailing(Mode.MISSION, replace(PARAMS, dvl_action=Action.HOLD))
+    vehicle.ticks_until(Mode.HOLD, 300, **suspect("dvl"))
+    assert vehicle.tick(Order(mode=Mode.MISSION), **suspect("dvl")) is Mode.HOLD
     assert vehicle.tick(Order(mode=Mode.MISSION)) is Mode.MISSION
     assert not vehicle.answer.failsafe
 

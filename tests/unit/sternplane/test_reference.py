@@ -50,10 +50,11 @@ def test_the_actions_of_a_key_are_those_that_it_takes() -> None:
     rows = re.findall(r"`safety\.(\w+_action)` .*One of ([^|]*)\. \|", configuration_reference.page())
     listed = {key: set(re.findall(r'"(\w+)"', words)) for key, words in rows}
     assert listed["depth_action"] == {"none", "warn", "surface", "surface_and_drop"}
-    assert listed["leak_action"] == {"none", "warn", "hold", "return", "surface", "surface_and_drop"}
+    assert listed["leak_action"] == {"none", "warn", "return", "surface", "surface_and_drop"}
+    assert listed["dvl_action"] == {"none", "warn", "hold", "return", "surface", "surface_and_drop"}
     shipped = read_toml(configs() / "npsauv2" / "autopilot.toml")
     for key, taken in listed.items():
-        for action in listed["leak_action"] - taken:
+        for action in listed["dvl_action"] - taken:
             with pytest.raises(ParamError, match=f'{key} = "{action}"'):
                 load(AutopilotParams, merge(shipped, {"safety": {key: action}}), "")
         for action in taken:
