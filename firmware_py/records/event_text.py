@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from firmware_py.records.adoption import design_text
 from firmware_py.records.cause_text import ANGLES, CAUSES, REMEDIES
+from firmware_py.records.command import AscentStage
 from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.fence import breach_text
 from firmware_py.records.health import ActuatorFault, SourceFault
@@ -211,6 +212,13 @@ def _missed(which: float, of: float, shallow: float) -> str:
     return f"waypoint {which:.0f} of {of:.0f} given up {abs(shallow):.1f} m too {'shallow' if shallow > 0 else 'deep'}"
 
 
+def _ascent_stage(event: Event, _: ModeName) -> str:
+    stage = event.numbers[0]
+    if stage == AscentStage.NONE and event.cause is not Cause.NONE:  # before the first stage, or in another mode
+        return _cause(event, 1)
+    return f"coming up: {stage_text(stage)}{_because(event, 1)}"
+
+
 _ONE: Mapping[EventKind, Callable[[Event, ModeName], str]] = {
     EventKind.MODE_CHANGED: _mode_changed,
     EventKind.MODE_REFUSED: _mode_refused,
@@ -240,7 +248,7 @@ _ONE: Mapping[EventKind, Callable[[Event, ModeName], str]] = {
     EventKind.CANDIDATE_BELIEVED: lambda event, _: f"{sensor_text(event.names[0])}: {choice_text(*event.numbers)}",
     EventKind.ACTUATOR_GOOD: lambda event, _: f"{event.names[0]} works again",
     EventKind.ACTUATOR_FAULT: lambda event, _: f"{event.names[0]}: {actuator_fault_text(event.numbers[0])}",
-    EventKind.ASCENT_STAGE: lambda event, _: f"coming up: {stage_text(event.numbers[0])}{_because(event, 1)}",
+    EventKind.ASCENT_STAGE: _ascent_stage,
     EventKind.WEIGHT_RELEASED: lambda event, _: f"drop weight released{_because(event)}",
     EventKind.RULE_WARNS: lambda event, _: _by_a_rule(event, "a rule warns"),
     EventKind.NODE_GOOD: lambda event, _: node_text(event.names[0], SourceFault.NONE),

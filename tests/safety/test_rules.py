@@ -231,13 +231,15 @@ def test_without_a_drop_weight_nothing_is_released_and_that_is_said_once(by_rule
     case = next(case for case in CASES if case.action == "leak_action")
     vehicle = SupervisedVehicle(told(Action.SURFACE_AND_DROP, case), fins=FINS, weight=False)
     vehicle.tick(Order(mode=Mode.HOLD, arming=Arming.ARM))
-    said = []
+    said, texts = [], list[str]()
     for _ in range(300):
         vehicle.tick(Order() if by_rule else Order(terminate=True), leak=by_rule)
         assert not vehicle.answer.drop
         said += [event.cause for event in vehicle.supervisor.events if event.kind is EventKind.ASCENT_STAGE]
+        texts += vehicle.events
     assert vehicle.mode is Mode.SURFACE
     assert said == [Cause.NO_DROP_WEIGHT]
+    assert "no drop weight to release" in texts
 
 
 @pytest.mark.parametrize("case", CASES, ids=IDS)

@@ -235,6 +235,11 @@ def test_the_causes_of_a_refusal_come_in_one_sentence_as_severe_as_the_worst() -
     assert {sentence.severity for sentence in found} == {Severity.WARNING}
 
 
+def test_of_a_weight_that_is_not_there_nothing_is_said_of_coming_up_before_that_begins() -> None:
+    said = [event(EventKind.ASCENT_STAGE, Cause.NO_DROP_WEIGHT, (float(at),)) for at in (0, AscentStage.STOPPED)]
+    assert texts(said) == ["no drop weight to release", "coming up: propeller stopped: no drop weight to release"]
+
+
 def test_modes_are_called_what_the_reader_calls_them() -> None:
     (sentence,) = sentences([sample(EventKind.MODE_CHANGED, Cause.ORDERED)], lambda mode: mode.name.title())
     assert sentence.text == "Hold -> Surface: ordered by station 255/190"
