@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from firmware_py.control.control import ControlParams
 from firmware_py.guidance.guidance_params import GuidanceParams
 from firmware_py.safety.action import Action
+from firmware_py.safety.ascent import GATHERS
 from firmware_py.safety.rules import SafetyParams
 
 _CLIMB = 0.1
@@ -64,6 +65,12 @@ def contradictions(safety: SafetyParams, guidance: GuidanceParams, control: Cont
                 f"guidance.{key} = {speed:g} is under control.u_min_m_s = {slowest:g}, "
                 "the lowest speed at which the fins hold depth and heading"
             )
+    gathers = slowest / guidance.acceleration
+    if gathers > GATHERS:
+        yield (
+            f"guidance.acceleration_m_s2 = {guidance.acceleration:g} takes {gathers:.0f} s from rest to "
+            f"control.u_min_m_s = {slowest:g}: SURFACE gives a vehicle {GATHERS:g} s to gather way"
+        )
     climb = guidance.surface_speed * math.sin(safety.ascent.pitch)
     if climb < _CLIMB:
         yield (

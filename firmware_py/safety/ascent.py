@@ -41,7 +41,7 @@ _BOW_UP, _TOO_STEEP = math.radians(3.0), math.radians(70.0)
 """Between these pitches the propeller drives a vehicle up, whatever pitch is desired; with full power from level on."""
 _HEAVY_TIME = 10.0
 """At rest without its weight, a vehicle that still sinks after so long, s, is heavy."""
-_GATHERS = 45.0
+GATHERS = 45.0
 """A vehicle that rests gathers way in so long, s, before its pitch can lift it."""
 _HYSTERESIS = 1.0
 """So much deeper, m, than where a stage near the surface begins, it ends."""
@@ -146,7 +146,7 @@ class Ascent:
 
     def _gathers(self, v: AscentView) -> float:
         """Return how much longer a vehicle that moves as `v` says may be without progress, s."""
-        return _GATHERS if v.u < self._params.rest_speed else 0.0
+        return GATHERS if v.u < self._params.rest_speed else 0.0
 
     def _observe(self, m: AscentMemory, v: AscentView) -> AscentMemory:
         """Bring depth, progress and the clocks of pitch and roll up to date."""

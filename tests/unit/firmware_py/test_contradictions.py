@@ -44,6 +44,10 @@ CASES = [
         "level_pitch_deg = 6 is over pitch_deg = 5",
     ),
     ({"guidance.surface_speed_m_s": 0.4}, "surface_speed_m_s = 0.4 is under control.u_min_m_s = 0.5"),
+    (
+        {"guidance.acceleration_m_s2": 0.001},
+        "acceleration_m_s2 = 0.001 takes 500 s from rest to control.u_min_m_s = 0.5",
+    ),
     ({"control.u_min_m_s": 2.6}, "surface_speed_m_s = 1.5 is under control.u_min_m_s = 2.6"),
 ]
 
