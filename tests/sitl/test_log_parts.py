@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import errno
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -178,3 +179,53 @@ def test_a_disk_that_is_full_costs_what_comes_until_there_is_room(
     assert [first.count, second.count] == [100, 500 - 221], "up to its last whole chunk; a second later"
     assert replay(first, build).equal
     assert replay(second, build).equal
+
+
+def test_a_disk_that_turns_read_only_in_a_turn_costs_the_log_and_not_the_flight(
+    whole: Log, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The next part is begun already then; of a read-only file system even a missing name cannot be removed."""
+    monkeypatch.setattr(flight_recorder, "_AGAIN_NS", 1_000_000_000)
+    read_only = OSError(errno.EROFS, "Read-only file system")
+    turned = [False]
+
+    class ReadOnly(LogWriter):
+        def __init__(self, path: str | Path, *args: Any, **more: Any) -> None:
+            if turned[0]:
+                raise LogError(f"{path}: {read_only.strerror}")
+            super().__init__(path, *args, **more)
+
+        def write(self, topic: str, t_ns: int, record: Any) -> None:
+            if turned[0]:
+                raise self._failed(read_only)
+            super().write(topic, t_ns, record)
+
+    def unlink(path: Path, missing_ok: bool = False) -> None:
+        raise read_only
+
+    monkeypatch.setattr(parted_log, "LogWriter", ReadOnly)
+    log, autopilot = parted(whole, tmp_path / "flight", small(part_time=1.0))
+    told = list[str]()
+    recorder = FlightRecorder(log, tell=told.append)
+    recorder.begin()
+    for cycle in flown_again(whole, autopilot):
+        if cycle.tick.k == 110:
+            turned[0] = True
+            monkeypatch.setattr(Path, "unlink", unlink)
+        recorder.write(cycle)
+    assert not recorder.close({"reason": "over"})
+    assert recorder.last is not None
+    assert recorder.last.tick.k == 499
+    assert len(told) == 1
+    assert told[0].endswith("the flight goes on without a log")
+
+
+def test_a_disk_that_answers_nothing_is_a_log_that_cannot_be_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def dead(_: Path) -> bool:
+        raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr(Path, "is_fifo", dead)
+    with pytest.raises(LogError, match=r"cannot be written \(Input/output error\)"):
+        LogWriter(tmp_path / "log.mcap", {})

@@ -119,7 +119,7 @@ class PartedLog:
             raise LogError(f"{error}; choose another folder") from None
         except LogError:
             if not there:  # a full disk takes the name, and not the content
-                path.unlink(missing_ok=True)
+                _remove(path)
             raise
 
     def _remember(self, writer: LogWriter) -> None:
@@ -138,5 +138,10 @@ class PartedLog:
         if self._standby is not None:
             with contextlib.suppress(LogError):
                 self._standby.close()
-            self._standby.path.unlink(missing_ok=True)
+            _remove(self._standby.path)
             self._standby = None
+
+
+def _remove(path: Path) -> None:
+    with contextlib.suppress(OSError):  # of a read-only file system even a name that is not there
+        path.unlink()

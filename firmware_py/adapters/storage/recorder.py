@@ -115,9 +115,9 @@ class LogWriter:
         self._channels: dict[str, tuple[int, CdrCodec[Any]]] = {}
         self._closed = False
         self._chunk_end_ns: int | None = None
-        if self.path.is_fifo():  # opening one would wait for a reader
-            raise LogError(f"{self.path}: is a FIFO, not a file; remove it, or choose another --out")
         try:
+            if self.path.is_fifo():  # opening one would wait for a reader
+                raise LogError(f"{self.path}: is a FIFO, not a file; remove it, or choose another --out")
             self._file = self.path.open("xb" if exclusive else "wb")
         except FileExistsError:
             raise LogError(f"{self.path}: another flight has begun to write it; choose another --out") from None
