@@ -317,6 +317,21 @@ def test_nobody_but_the_station_speaks_on_a_link_that_points_to_it(station: Stat
         assert vehicle.mode is Mode.MANUAL
 
 
+def test_a_vehicle_that_has_another_address_than_at_first_hears_its_station() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as station:
+        station.bind(("127.0.0.1", 0))
+        station.settimeout(5.0)
+        link = open_link(f"udpout:127.0.0.1:{station.getsockname()[1]}")
+        try:
+            link.send(b"from the first address")
+            _, (_, port) = station.recvfrom(100)
+            station.sendto(b"to another one", ("127.0.0.9", port))
+            select.select([link.fileno()], [], [], 5.0)
+            assert link.receive() == [b"to another one"]
+        finally:
+            link.close()
+
+
 @pytest.mark.parametrize(
     "text",
     [

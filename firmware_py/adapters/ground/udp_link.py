@@ -15,6 +15,9 @@ _MAX_STATIONS = 4
 class UdpLink:
     """A `StationLink` over UDP.
 
+    Its socket is not connected, for that would keep the address which the vehicle had then: of a network that came up
+    later, or gave another address, nothing would be sent or heard.
+
     Raises:
         GroundError: it cannot be opened.
     """
@@ -22,7 +25,8 @@ class UdpLink:
     def __init__(self, spec: LinkSpec) -> None:
         self.configuration = spec.configuration
         self._is_server = spec.kind == "udpin"
-        self._stations: dict[Address, None] = {}  # in the order in which they were last heard
+        self._stations: dict[Address, None] = {}
+        """Those that are sent to, in the order in which they were last heard; with udpout always the one."""
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
         self.lost = 0
@@ -32,7 +36,8 @@ class UdpLink:
             if self._is_server:
                 self._socket.bind(spec.address)
             else:
-                self._socket.connect(spec.address)
+                self._stations[_reachable(spec.address)] = None
+                self._socket.bind(("", 0))
         except OSError as error:
             self._socket.close()
             raise spec.error(error) from None
@@ -62,26 +67,23 @@ class UdpLink:
                 datagram, sender = self._socket.recvfrom(_DATAGRAM_BYTES)
             except BlockingIOError:
                 break
-            except OSError:  # ICMP answer to a datagram sent: nobody listens there (yet)
+            except OSError:
                 continue
-            datagrams.append(datagram)
             if self._is_server:
                 self._stations.pop(sender, None)
                 self._stations[sender] = None
                 if len(self._stations) > _MAX_STATIONS:
                     del self._stations[next(iter(self._stations))]
+            elif sender not in self._stations:
+                continue
+            datagrams.append(datagram)
         return datagrams
 
     def send(self, datagram: bytes) -> None:
         """Send to the station, or to those heard last."""
-        for station in list(self._stations) if self._is_server else (None,):
+        for station in self._stations:
             try:
-                if station is None:
-                    self._socket.send(datagram)
-                else:
-                    self._socket.sendto(datagram, station)
-            except ConnectionRefusedError:
-                pass
+                self._socket.sendto(datagram, station)
             except OSError:
                 self.lost += 1
 
@@ -89,3 +91,15 @@ class UdpLink:
         """Close the port; may be called twice."""
         self._overrun = self.overrun
         self._socket.close()
+
+
+def _reachable(address: Address) -> Address:
+    """Return an address with its host in numbers: a name is looked up once, and not in flight.
+
+    Raises:
+        OSError: there is no such host, or no way to it yet.
+    """
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.connect(address)
+        host, port = probe.getpeername()
+        return host, port
