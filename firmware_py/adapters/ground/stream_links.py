@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import socket
 import time
 from typing import Any
@@ -155,6 +156,8 @@ class TcpClient(TcpLink):
 class SerialLink:
     """A serial line. A line that breaks, such as an adapter that is unplugged, is reopened each second.
 
+    A line that takes no more misses the output of whole ticks, never a part of a frame.
+
     Raises:
         GroundError: the device cannot be opened.
     """
@@ -166,6 +169,8 @@ class SerialLink:
         self.configuration = spec.configuration
         self._device, self._baud = spec.address
         self._port: Any = None
+        self._unsent = b""
+        """The rest of a datagram that was begun."""
         self._tried = 0.0
         self.lost = 0
         """Ticks whose output was not accepted."""
@@ -193,24 +198,34 @@ class SerialLink:
         return [data] if data else []
 
     def send(self, datagram: bytes) -> None:
-        """Send the datagram if the line has room for all of it."""
+        """Send the datagram if the line has room for all of it and takes its beginning now."""
         if self._port is None:
             return
+        rest = self._unsent
         try:
-            if self._port.out_waiting + len(datagram) > BYTES_PER_TICK or self._port.write(datagram) != len(datagram):
-                self.lost += 1
-        except serial.SerialTimeoutException:
-            self.lost += 1
+            room = BYTES_PER_TICK - self._port.out_waiting - len(rest)
+            written = self._write(rest + datagram) if len(datagram) <= room else 0
         except (serial.SerialException, OSError):
             self.close()
+            return
+        begun = written > len(rest)
+        self._unsent = (rest + datagram if begun else rest)[written:]
+        self.lost += not begun
 
     def close(self) -> None:
         """Close the device; may be called twice."""
         if self._port is not None:
             with contextlib.suppress(serial.SerialException, OSError):
                 self._port.close()
-            self._port = None
+            self._port, self._unsent = None, b""
+
+    def _write(self, data: bytes) -> int:
+        """Return how many bytes the line takes now; pyserial would try until it takes all of them."""
+        try:
+            return os.write(self._port.fileno(), data)
+        except BlockingIOError:
+            return 0
 
     def _open(self) -> Any:
         self._tried = time.monotonic()
-        return open_serial(self._device, self._baud, write_timeout=0)
+        return open_serial(self._device, self._baud)
