@@ -12,6 +12,7 @@ from importlib import metadata
 from pathlib import Path
 
 from firmware_py.adapters.installation import ROOT, is_checkout
+from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.params import ParamError
 
 PACKAGES = ("firmware_py", "sim_bridge", "sternplane")
@@ -59,14 +60,23 @@ def use() -> Path:
 
 def is_complete(folder: Path, packages: Sequence[str] = PACKAGES) -> bool:
     """Return whether all kernels of the packages are in the folder, each file as long as it was."""
-    return all((folder / f"{name}.complete").exists() and not _damaged(folder, name) for name in packages)
+    return all(_marker(folder, name) and not _damaged(folder, name) for name in packages)
 
 
 def mark_complete(folder: Path, packages: Sequence[str] = PACKAGES) -> None:
-    """Remember that all kernels of the packages have been compiled into the folder, and how long each file is."""
+    """Remember that all kernels of the packages have been compiled into the folder, and how long each file is.
+
+    The kernels are on the disk before that is.
+
+    Raises:
+        OSError: the disk does not take them.
+    """
     for name in packages:
-        files = (f"{path.stat().st_size} {path.relative_to(folder)}\n" for path in _files(folder, name))
-        (folder / f"{name}.complete").write_text("".join(files))
+        files = _files(folder, name)
+        for path in (*files, *dict.fromkeys(path.parent for path in files)):
+            _to_disk(path)
+        lines = (f"{path.stat().st_size} {path.relative_to(folder)}\n" for path in files)
+        write_atomically(_marker_path(folder, name), ("".join(lines) or "\n").encode())
 
 
 def drop_damaged(folder: Path, packages: Sequence[str] = PACKAGES) -> None:
@@ -80,14 +90,32 @@ def drop_damaged(folder: Path, packages: Sequence[str] = PACKAGES) -> None:
             path.unlink(missing_ok=True)
 
 
+def _to_disk(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _marker_path(folder: Path, package: str) -> Path:
+    return folder / f"{package}.complete"
+
+
+def _marker(folder: Path, package: str) -> str:
+    """Return size and name of each file of a package; empty where it was never complete, or a power cut left that."""
+    path = _marker_path(folder, package)
+    return path.read_text() if path.exists() else ""
+
+
 def _files(folder: Path, package: str) -> list[Path]:
     return sorted(path for path in folder.glob(f"{package}*/*.nb?") if path.parent.name.split(".")[0] == package)
 
 
 def _damaged(folder: Path, package: str) -> list[Path]:
     """Return the files of a package that are not as long as when they were complete, or gone."""
-    marker, found = folder / f"{package}.complete", []
-    for line in marker.read_text().splitlines() if marker.exists() else ():
+    found = []
+    for line in filter(None, _marker(folder, package).splitlines()):
         size, _, name = line.partition(" ")
         path = folder / name
         if not path.exists() or path.stat().st_size != int(size):

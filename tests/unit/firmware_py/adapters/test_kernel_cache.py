@@ -149,6 +149,36 @@ def test_a_kernel_that_a_power_cut_shortened_is_removed_and_the_folder_is_no_lon
     assert kernel_cache.is_complete(tmp_path, ["firmware_py"])
 
 
+def test_a_marker_that_a_power_cut_emptied_marks_nothing(tmp_path):
+    kernel = tmp_path / "firmware_py.safety" / "a.nbi"
+    kernel.parent.mkdir()
+    kernel.write_bytes(b"compiled")
+    kernel_cache.mark_complete(tmp_path, ["firmware_py"])
+    (tmp_path / "firmware_py.complete").write_bytes(b"")
+    kernel.write_bytes(b"comp")
+    assert not kernel_cache.is_complete(tmp_path, ["firmware_py"])
+
+
+def test_kernels_are_on_the_disk_before_the_marker_that_says_so(tmp_path, monkeypatch):
+    kernel = tmp_path / "firmware_py.safety" / "a.nbi"
+    kernel.parent.mkdir()
+    kernel.write_bytes(b"compiled")
+    marker = tmp_path / "firmware_py.complete"
+    marker.write_text("as it was")
+    synced: list[str] = []
+
+    def full(descriptor: int) -> None:
+        synced.append(Path(os.readlink(f"/proc/self/fd/{descriptor}")).name)
+        if synced[-1] == "firmware_py.complete.new":
+            raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OSError, match="No space"):
+        kernel_cache.mark_complete(tmp_path, ["firmware_py"])
+    assert synced == ["a.nbi", "firmware_py.safety", "firmware_py.complete.new"]
+    assert marker.read_text() == "as it was"
+
+
 def test_empty_kernels_of_a_folder_that_was_never_complete_are_removed(tmp_path):
     kernel = tmp_path / "sim_bridge.plant" / "a.nbi"
     kernel.parent.mkdir()
