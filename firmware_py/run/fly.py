@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -13,7 +13,7 @@ from typing import NamedTuple
 from firmware_py import app, config_files
 from firmware_py.adapters.drivers.dronecan.own_node import KeptNodeIds
 from firmware_py.adapters.fitting import at_desk
-from firmware_py.adapters.hil.hil_link import parse_hil_link, resolve
+from firmware_py.adapters.hil.hil_link import Address, parse_hil_link, resolve
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.lockstep.lockstep_link import LockstepError
 from firmware_py.adapters.storage.log_keeper import LogKeeper
@@ -36,7 +36,7 @@ from firmware_py.run.run_folders import flight_folder, numbered_folder, point_la
 from firmware_py.run.service_manager import ServiceManager
 from firmware_py.run.state_lock import alone_with
 from firmware_py.run.usage_error import UsageError
-from firmware_py.settings import lay_settings, of_file, parse_setting, plain_settings
+from firmware_py.settings import Setting, lay_settings, of_file, parse_setting, plain_settings
 from firmware_py.tick import Rate
 
 _FILES = {**config_files.FILES, "io": IoParams}
@@ -77,6 +77,19 @@ def fly(options: argparse.Namespace) -> FlightResult:
     config_files.read_configuration(options.config, over, settings=settings)  # what is wrong there is said before all
     io = load(IoParams, *lay_settings(IoParams, read_toml(io_file), of_file(settings, "io"), str(io_file)))
     io = at_desk(io, options.lines) if options.lines else io
+    with alone_with(options.state):
+        return _fly_alone(options, io, pace, address, settings)
+
+
+def _fly_alone(
+    options: argparse.Namespace,
+    io: IoParams,
+    pace: str,
+    address: Address | None,
+    settings: Sequence[Setting],
+) -> FlightResult:
+    """Fly with a state folder that no other flight uses: files of it may be set aside."""
+    over = over_hil.OVER_HIL if address else None
     choice = PassportChoice(options.passport, options.no_passport)
     resumed, notes = resume_state(options.config, over, options.state, io.state, choice, settings=settings)
     configuration = with_kept_plans(
@@ -90,7 +103,7 @@ def fly(options: argparse.Namespace) -> FlightResult:
     params = config_files.autopilot_params(configuration)
     autopilot = app.build(configuration)
     spec = options.bus or io.can.bus
-    # What cannot be opened is refused before anything is written.
+    # What cannot be opened is refused before anything but the lock is written.
     if address:
         resolve(address)
     else:
@@ -99,7 +112,6 @@ def fly(options: argparse.Namespace) -> FlightResult:
     header = provenance.header("fly", configuration, autopilot.reconfigurator.own, **told)
     lost, reason, began = False, "", time.monotonic()
     with (
-        alone_with(options.state),
         open_ground(options.gcs, configuration, options.gcs_key, options.state, absent=True) as stations,
         contextlib.closing(ServiceManager()) as manager,
         contextlib.closing(LogKeeper(options.logs, io.log)) as log_keeper,

@@ -1,4 +1,4 @@
-"""One flight at a time for a state folder: a second one, started by mistake, would overwrite what the first keeps."""
+"""One flight at a time for a state folder: a second one, by mistake, would overwrite or set aside what is kept."""
 
 from __future__ import annotations
 

@@ -18,6 +18,8 @@ from firmware_py.adapters.storage import log_names
 from firmware_py.app import build
 from firmware_py.run import flight_recorder, run_folders
 from firmware_py.run.fly import fly
+from firmware_py.run.state_lock import LOCK_FILE, alone_with
+from firmware_py.run.usage_error import UsageError
 from tests.sitl.conftest import Start
 from tests.sitl.test_fly import parsed
 
@@ -109,6 +111,13 @@ def test_killed_and_started_again_it_takes_the_next_number_and_a_second_one_is_r
     assert third.returncode == 0
     folders = sorted(path.name[:5] for path in (tmp_path / "logs").iterdir())
     assert folders == ["00001", "00002"]
+
+
+def test_a_second_one_touches_nothing_that_the_first_keeps(tmp_path: Path, bus_spec: str) -> None:
+    (tmp_path / "fence.json").write_text("of another origin, as the second one is configured")
+    with alone_with(tmp_path), pytest.raises(UsageError, match="another flight uses it"):
+        fly(parsed("--bus", bus_spec, "--state", tmp_path))
+    assert {path.name for path in tmp_path.iterdir()} == {"fence.json", LOCK_FILE}
 
 
 @pytest.mark.parametrize(("param", "status"), [(1, 3), (2, 0)], ids=["reboot", "shutdown"])
