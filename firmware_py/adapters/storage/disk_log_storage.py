@@ -29,6 +29,7 @@ _GROWING_S = 60.0
 """A log that changed less long ago may still be growing, perhaps by another process."""
 _LISTED = re.compile(r"([^/]*?)((?:\.[1-9]\d*)?)\.mcap")
 """A log's name, as it is listed: the run's folder, and the part."""
+_ENDED = "the process that reads the logs has ended"
 _NICENESS = 10
 """Of the child: the cycle has priority."""
 
@@ -107,11 +108,14 @@ class DiskLogStorage:
         except BlockingIOError:
             return
         except BrokenPipeError:
-            raise OSError(errno.EIO, "the process that reads the logs has ended") from None
+            raise OSError(errno.EIO, _ENDED) from None
 
     def _receive(self) -> None:
         with contextlib.suppress(BlockingIOError):
-            self._received += os.read(self._child.stdout, _PIPE_READ)
+            received = os.read(self._child.stdout, _PIPE_READ)
+            if not received:
+                raise OSError(errno.EIO, _ENDED)
+            self._received += received
         while True:
             end = self._received.find(b"\n")
             if end < 0:

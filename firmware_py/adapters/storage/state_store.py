@@ -23,7 +23,7 @@ _FRAME_HEADER = struct.Struct("<HI")
 """Lengths of name and content in bytes; both follow."""
 _PIPE_BYTES = 1 << 20
 _CLOSE_S = 30.0
-"""How long `close` waits for the child."""
+"""How long `close` waits for the child to take more, and then to end."""
 _ERRORS_READ = 4096
 _NICENESS = 10
 """Of the child: the cycle has priority."""
@@ -48,7 +48,8 @@ class StateStore:
             raise StateStoreError(f"{error}; choose another --state") from None
         if not os.access(folder, os.W_OK):
             raise StateStoreError(f"{folder}: cannot be written; choose another --state")
-        self._child = ChildProcess(__name__, str(folder))
+        ended = f"{folder}: the process that writes it has ended; what is changed from now on is not kept"
+        self._child = ChildProcess(__name__, str(folder), ended=ended)
         with contextlib.suppress(OSError):  # with a smaller pipe more is queued, nothing else changes
             fcntl.fcntl(self._child.stdin, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
         self._queued = bytearray()
@@ -62,8 +63,12 @@ class StateStore:
     def work(self) -> None:
         """Pass on what fits into the pipe. Call it in every cycle."""
         if self._queued:
-            with contextlib.suppress(BlockingIOError, BrokenPipeError):
+            try:
                 del self._queued[: os.write(self._child.stdin, self._queued)]
+            except BlockingIOError:
+                pass
+            except BrokenPipeError:  # `errors` tells it
+                self._queued.clear()
 
     def errors(self) -> list[str]:
         """Return what could not be written since the last call, one sentence each."""
@@ -73,10 +78,8 @@ class StateStore:
         """Wait until everything is written. A second call does nothing."""
         if self._child.closed:
             return
-        os.set_blocking(self._child.stdin, True)
-        with contextlib.suppress(BrokenPipeError):
-            while self._queued:
-                self.work()
+        while self._queued and select.select([], [self._child.stdin], [], _CLOSE_S)[1]:
+            self.work()
         self._child.close(_CLOSE_S, kill=True)
 
     def __enter__(self) -> StateStore:

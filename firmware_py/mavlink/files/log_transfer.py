@@ -1,6 +1,7 @@
 """The LOG_* protocol: the same logs as over MAVLink FTP, for stations that use the older protocol.
 
-Logs are numbered from 1, the oldest first. A download has the bytes of the file on disk.
+Logs are numbered from 1, the oldest first, as the last list has them: an old log that was removed since leaves the
+numbers of the others as they are. A download has the bytes of the file on disk.
 """
 
 from __future__ import annotations
@@ -28,6 +29,8 @@ class LogTransfer:
         self._wanted: range | None = None
         """The numbers whose entries are requested and not listed yet."""
         self._entries: list[Message] = []
+        self._names: list[str] | None = None
+        """The logs by their number less 1; None before the first list."""
         self._number: int | None = None
         """The log being sent, from `_offset` to `_end`; `_log` is set once it was found."""
         self._log: LogSnapshot | None = None
@@ -46,7 +49,8 @@ class LogTransfer:
         """Return the next entries of the list, or else the next data of a log."""
         try:
             if self._wanted is not None:
-                self._entries = _entries(self._tree.logs(), self._wanted)
+                logs = self._tree.logs()
+                self._entries, self._names = _entries(logs, self._wanted), [log.name for log in logs]
                 self._wanted = None
             if self._entries:
                 due, self._entries = self._entries[:_PER_TICK], self._entries[_PER_TICK:]
@@ -55,9 +59,8 @@ class LogTransfer:
         except Wait:
             return []
         except OSError as error:
-            self._wanted = self._number = None
-            self._output.send_text(f"logs cannot be read: {error.strerror}", WARNING)
-            return []
+            self._wanted = None
+            return self._give_up(f"logs cannot be read: {error.strerror}")
 
     def _list(self, _: Tick, message: Message) -> None:
         self._wanted = range(message.start, message.end + 1)
@@ -77,19 +80,25 @@ class LogTransfer:
             self._output.send_text("there are no logs to erase", WARNING)
         else:
             self._stop(tick, message)
-            self._tree.log_storage.erase()
+            try:
+                self._tree.log_storage.erase()
+            except OSError as error:
+                self._output.send_text(f"logs cannot be erased: {error.strerror}", WARNING)
+                return
             self._output.send_text("logs erased, except those that may still be written", WARNING)
 
     def _parts(self, number: int) -> list[Message]:
         """Return the next data; a part that is not full is the last."""
         log = self._log
         if log is None:
-            logs = self._tree.logs()
-            if self._tree.log_storage is None or not 0 < number <= len(logs):
-                self._number = None
-                self._output.send_text(f"there is no log {number}", WARNING)
-                return []
-            self._log = log = LogSnapshot(self._tree.log_storage, logs[number - 1])
+            logs = {log.name: log for log in self._tree.logs()}
+            names = [*logs] if self._names is None else self._names
+            if self._tree.log_storage is None or not 0 < number <= len(names):
+                return self._give_up(f"there is no log {number}")
+            name = names[number - 1]
+            if name not in logs:
+                return self._give_up(f"log {number}, {name}, was removed; list the logs again")
+            self._log = log = LogSnapshot(self._tree.log_storage, logs[name])
         messages: list[Message] = []
         while self._number is not None and len(messages) < _PER_TICK:
             part = log.read(self._offset, min(_DATA, self._end - self._offset))
@@ -101,6 +110,12 @@ class LogTransfer:
             if len(part) < _DATA or self._offset >= min(self._end, _U32):
                 self._number = self._log = None
         return messages
+
+    def _give_up(self, why: str) -> list[Message]:
+        """Say why no more is sent, and return the end of the log that was: a part that is not full."""
+        self._output.send_text(why, WARNING)
+        number, self._number, self._log = self._number, None, None
+        return [] if number is None else [dialect.MAVLink_log_data_message(number, self._offset, 0, bytes(_DATA))]
 
 
 def _entries(logs: Sequence[LogFile], wanted: range) -> list[Message]:

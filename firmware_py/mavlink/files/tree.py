@@ -40,7 +40,11 @@ class LogStorage(Protocol):
         """
 
     def erase(self) -> None:
-        """Remove all logs that are no longer written."""
+        """Remove all logs that are no longer written.
+
+        Raises:
+            OSError: they cannot be removed.
+        """
 
 
 class Entry(NamedTuple):

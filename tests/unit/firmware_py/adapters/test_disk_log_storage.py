@@ -98,8 +98,13 @@ def test_a_child_that_has_ended_is_an_error_and_not_an_end_of_file(runs: Path) -
     store = DiskLogStorage(runs / "c-own", beside=True)
     (child,) = children() - before
     soon(store.logs)
+    os.kill(child, signal.SIGSTOP)
+    assert store.read("b-new.mcap", 0, 10) is None  # asked for, and not answered
     os.kill(child, signal.SIGKILL)
     os.waitid(os.P_PID, child, os.WEXITED | os.WNOWAIT)
+    for name in ("a-old.mcap", "b-new.mcap"):
+        with pytest.raises(OSError, match="has ended"):
+            store.read(name, 0, 10)
     with pytest.raises(OSError, match="has ended"):
-        store.read("a-old.mcap", 0, 10)
+        store.erase()
     store.close()

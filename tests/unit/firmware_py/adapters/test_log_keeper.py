@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import signal
 import time
 from pathlib import Path
 
 import pytest
 
-from firmware_py.adapters.storage.log_keeper import LogKeeper, remove_oldest
+from firmware_py.adapters.storage import log_keeper
+from firmware_py.adapters.storage.log_keeper import DiskSync, LogKeeper, remove_oldest
 from firmware_py.adapters.storage.log_names import flight_number, logs_below
 from firmware_py.adapters.storage.log_params import LogParams
 from firmware_py.params import ParamError, load
@@ -112,6 +115,61 @@ def test_a_log_that_is_gone_is_told_and_the_child_goes_on(tmp_path: Path) -> Non
         time.sleep(0.01)
     assert said == [f"{tmp_path}/gone.mcap: cannot be brought to the disk (No such file or directory)"]
     keeper.close()
+
+
+def test_a_log_that_cannot_be_brought_to_the_disk_is_tried_again_later_and_no_other_waits_for_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bad, good, gone = tmp_path / "log.mcap", tmp_path / "log.2.mcap", tmp_path / "log.3.mcap"
+    done: list[tuple[str, bool]] = []
+    broken = [True]
+
+    def to_disk(path: Path, begun: bool) -> None:
+        if path == bad and broken[0]:
+            raise OSError(errno.EIO, "Input/output error")
+        if path == gone:
+            raise FileNotFoundError(errno.ENOENT, "No such file or directory")
+        done.append((path.name, begun))
+
+    monkeypatch.setattr(log_keeper, "_to_disk", to_disk)
+    said: list[str] = []
+    logs = DiskSync(said.append)
+    logs.begin(bad)
+    logs.begin(good)
+    for t in (0.0, 2.0):
+        logs.sync(t)
+    assert said == [f"{bad}: cannot be brought to the disk (Input/output error)"]
+    assert done == [("log.2.mcap", True), ("log.2.mcap", False)]
+    assert logs.written == [bad, good]
+    broken[0] = False
+    logs.sync(61.0)
+    assert done[2:] == [("log.mcap", True), ("log.2.mcap", False)]
+    logs.begin(gone)
+    logs.sync(62.0)
+    assert logs.written == [good]
+    assert len(said) == 2
+
+
+def test_a_keeper_that_has_ended_is_told_once(tmp_path: Path) -> None:
+    keeper = LogKeeper(None, LogParams())
+    child = keeper._child._process.pid
+    os.kill(child, signal.SIGKILL)
+    os.waitid(os.P_PID, child, os.WEXITED | os.WNOWAIT)
+    keeper.written(tmp_path / "log.mcap")
+    assert ["has ended" in sentence for sentence in keeper.said()] == [True]
+    assert keeper.said() == []
+    keeper.close()
+
+
+def test_a_disk_that_does_not_say_how_much_is_free_does_not_end_the_child(
+    root: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    def broken(_: Path) -> None:
+        raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr(os, "statvfs", broken)
+    log_keeper._bound(root, [], 1e9, 1.0)
+    assert capfd.readouterr().out == f"old logs below {root} cannot be removed (Input/output error)\n"
 
 
 def test_bounds_without_room_for_two_parts_are_refused() -> None:

@@ -65,6 +65,26 @@ def test_a_failed_write_is_reported_and_leaves_the_old_file(tmp_path):
     assert (tmp_path / "a").read_bytes() == b"old"
 
 
+def test_a_shutdown_that_reaches_the_child_first_loses_nothing(tmp_path):
+    with StateStore(tmp_path) as kept:
+        os.kill(kept._child._process.pid, signal.SIGTERM)
+        kept.save("a", b"b")
+    assert (tmp_path / "a").read_bytes() == b"b"
+
+
+def test_a_child_that_has_ended_is_told_once_and_keeps_neither_the_cycle_nor_the_end_waiting(tmp_path):
+    kept = StateStore(tmp_path)
+    child = kept._child._process.pid
+    os.kill(child, signal.SIGKILL)
+    os.waitid(os.P_PID, child, os.WEXITED | os.WNOWAIT)
+    for _ in range(3):
+        kept.save("a", os.urandom(1 << 20))
+    told = [kept.errors(), kept.errors()]
+    assert told == [[f"{tmp_path}: the process that writes it has ended; what is changed from now on is not kept"], []]
+    assert not kept._queued
+    kept.close()
+
+
 @pytest.mark.parametrize("step", ["fsync", "replace"])
 def test_a_replacement_that_fails_half_way_leaves_the_old_file(tmp_path, monkeypatch, step):
     write_atomically(tmp_path / "a", b"old")

@@ -36,10 +36,14 @@ class Shelf:
         return None if self.ready else entries
 
     def read(self, name: str, offset: int, n: int) -> bytes | None:
+        if name not in self.files:
+            raise OSError(errno.ENOENT, os.strerror(errno.ENOENT))
         self.ready = not self.ready
         return None if self.ready else self.files[name][offset : offset + n]
 
     def erase(self) -> None:
+        if self.broken:
+            raise OSError(errno.EIO, os.strerror(errno.EIO))
         self.erased += 1
 
 
@@ -105,6 +109,32 @@ def test_what_is_not_there_or_cannot_be_read_is_said() -> None:
     assert [m.text for m in station.heard("STATUSTEXT")] == ["logs cannot be read: Input/output error"]
 
 
+def test_a_log_keeps_its_number_though_older_ones_are_removed_meanwhile() -> None:
+    vehicle, _, shelf = vehicle_with_logs()
+    shelf.files["three.mcap"] = bytes(300)
+    listed(vehicle)
+    begin = told(vehicle, 2, 0, 90)
+    del shelf.files["one.mcap"]
+    assert begin + told(vehicle, 2, 90, 2**32 - 1) == [(2, 0, TWO[:90]), (2, 90, TWO[90:]), (2, 180, b"")]
+    listed(vehicle)
+    assert told(vehicle, 2, 0, 90) == [(2, 0, bytes(90))]
+
+
+def test_a_log_that_is_gone_is_said_and_ends() -> None:
+    vehicle, station, shelf = vehicle_with_logs()
+    listed(vehicle)
+    told(vehicle, 1, 0, 1000, ticks=3)
+    del shelf.files["one.mcap"]
+    vehicle.step(5)
+    gone = [m for m in station.messages if m.get_type() == "LOG_DATA"]
+    assert [(m.id, m.count) for m in gone][-1] == (1, 0)
+    assert [m.text for m in station.heard("STATUSTEXT")] == ["logs cannot be read: No such file or directory"]
+    station.send(mavlink.MAVLink_log_request_data_message(1, 1, 1, 180, 90))
+    vehicle.step(5)
+    assert [(m.id, m.ofs, m.count) for m in station.messages if m.get_type() == "LOG_DATA"] == [(1, 180, 0)]
+    assert put_together(station.heard("STATUSTEXT")) == ["log 1, one.mcap, was removed; list the logs again"]
+
+
 def test_logs_are_erased_of_a_disarmed_vehicle_only() -> None:
     vehicle, station, shelf = vehicle_with_logs()
     vehicle.mode = Mode.HOLD
@@ -123,6 +153,14 @@ def test_logs_are_erased_of_a_disarmed_vehicle_only() -> None:
     bare.stations[0].send(mavlink.MAVLink_log_erase_message(1, 1))
     bare.step()
     assert [m.text for m in bare.stations[0].heard("STATUSTEXT")] == ["there are no logs to erase"]
+
+
+def test_logs_that_cannot_be_erased_are_said() -> None:
+    vehicle, station, shelf = vehicle_with_logs()
+    shelf.broken = True
+    station.send(mavlink.MAVLink_log_erase_message(1, 1))
+    vehicle.step(3)
+    assert put_together(station.heard("STATUSTEXT")) == ["logs cannot be erased: Input/output error"]
 
 
 U16, U32 = st.integers(0, 2**16 - 1) | st.integers(0, 3), st.integers(0, 2**32 - 1) | st.integers(0, 1100)
