@@ -55,17 +55,21 @@ def _kept_plans(configuration: Configuration, state: Path | None) -> dict[int, P
     found: dict[int, PlanBuilder] = {}
     for kind, name in plan_builder.FILES.items():
         if state is not None and (state / name).exists():
-            found[kind] = read_kept(configuration, state, kind)
+            found[kind] = _read_kept(configuration, state, kind)
     return found
 
 
-def read_kept(configuration: Configuration, state: Path, kind: int) -> PlanBuilder:
-    """Return a saved plan of a kind of `plan_builder.FILES`.
+def kept_table(configuration: Configuration, state: Path, kind: int) -> dict[str, Any]:
+    """Return a saved plan of a kind of `plan_builder.FILES` as a configuration has it.
 
     Raises:
         OSError, UnicodeDecodeError: the file cannot be read.
         ParamError: it cannot be used; the error names it.
     """
+    return _table(_read_kept(configuration, state, kind).finish()[1])
+
+
+def _read_kept(configuration: Configuration, state: Path, kind: int) -> PlanBuilder:
     path = state / plan_builder.FILES[kind]
     with prefix_errors(str(path)):
         return plan_builder.read_plan(kind, read_regular(path).decode(), _water_frame(configuration))

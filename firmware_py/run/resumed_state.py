@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -14,14 +15,12 @@ from firmware_py.estimation.navigation.depth import DepthParams
 from firmware_py.marine import depth_of_pressure
 from firmware_py.mavlink.parameters import store
 from firmware_py.mavlink.plans import plan_builder
-from firmware_py.params import ParamError
 from firmware_py.run import kept_navigation, kept_node_ids, kept_passport, kept_plans
 from firmware_py.run.kept_passport import FROM_STATE, PassportChoice
 from firmware_py.run.moment import moment
 from firmware_py.run.usage_error import UsageError
 from firmware_py.settings import Setting
 
-_UNUSABLE = (ParamError, UsageError, OSError, ValueError, RecursionError)
 _ROUNDING = 1.0
 """Pa."""
 _LONGEST = 300
@@ -154,14 +153,14 @@ def set_aside_unusable(
         configuration = config_files.read_configuration(folder, over, state, factors, settings)
         kept_passport.resume_passport(state / kept_passport.FILE, configuration, StateParams(), moment())
 
+    def plan(kind: int) -> None:
+        app.parts_factory({**plain, **kept_plans.kept_table(plain, state, kind)}).parts()
+
     checks: dict[str, Callable[[], object]] = {
         kept_navigation.FILE: lambda: kept_navigation.load_navigation(state),
         kept_node_ids.FILE: lambda: kept_node_ids.load_node_ids(state),
         store.FILE: changed,
-        **{
-            name: lambda kind=kind: kept_plans.read_kept(plain, state, kind)  # type: ignore[misc]
-            for kind, name in plan_builder.FILES.items()
-        },
+        **{name: partial(plan, kind) for kind, name in plan_builder.FILES.items()},
         kept_passport.FILE: passport,
     }
     sentences = []
@@ -173,7 +172,7 @@ def set_aside_unusable(
             if not path.is_file():  # a FIFO would wait for a writer
                 raise UsageError(f"{path}: is not a regular file")
             check()
-        except _UNUSABLE as error:
+        except Exception as error:  # whatever it is, the vehicle starts
             why = one_line(error).removeprefix("--state: ").removeprefix(str(path)).lstrip(": ")[:_LONGEST]
             aside = _set_aside(path).name
             sentences.append(f"{path}: cannot be used, and is set aside as {aside}: {why}; {_INSTEAD[name]}")

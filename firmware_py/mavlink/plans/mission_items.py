@@ -11,6 +11,7 @@ A fin-controlled vehicle cannot stay at a position: a waypoint with a hold time 
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable
 
 from firmware_py.mavlink.base.codec import dialect
@@ -50,7 +51,8 @@ class MissionBuilder:
 
     def __init__(self, water_frame: WaterFrame, limits: Limits) -> None:
         self._water_frame, self._path_check = water_frame, PathCheck(limits)
-        self.steps: list[MissionItem] = []
+        self._steps: list[MissionItem] = []
+        """A jump in it names an item."""
         self.item_numbers: list[int] = []
         """The item number of each step."""
         self._count = 0
@@ -79,26 +81,25 @@ class MissionBuilder:
         refuse_infinite(item)
         for step in handler(item):
             self._path_check.check(self._count, step)
-            self.steps.append(step)
+            self._steps.append(step)
             self.item_numbers.append(self._count)
         self._count += 1
 
     def finish(self) -> MissionChange:
-        """Return the change for `Order.changes`.
+        """Return the change for `Order.changes`, the same in every call; its jumps name steps.
 
         Raises:
             ItemRefused: a jump to an item that does not exist.
         """
-        for i, step in enumerate(self.steps):
-            if isinstance(step, Jump):
-                if step.to >= self._count:
-                    raise ItemRefused(INVALID_PARAMS[0], f"jumps to item {step.to}, of {self._count}")
-                self.steps[i] = Jump(self.step_of(step.to), step.times)
-        return MissionChange(Mission(tuple(self.steps)))
+        return MissionChange(Mission(tuple(map(self._with_step_number, self._steps))))
 
-    def step_of(self, item: int) -> int:
-        """Return the first step that was made of an item or of one behind it."""
-        return next((i for i, number in enumerate(self.item_numbers) if number >= item), len(self.item_numbers))
+    def _with_step_number(self, step: MissionItem) -> MissionItem:
+        """Return a step; a jump leads to the first step that was made of its item or of one behind it."""
+        if not isinstance(step, Jump):
+            return step
+        if step.to >= self._count:
+            raise ItemRefused(INVALID_PARAMS[0], f"jumps to item {step.to}, of {self._count}")
+        return Jump(bisect_left(self.item_numbers, step.to), step.times)
 
     def _waypoint(self, item: PlanItem) -> list[MissionItem]:
         position_and_speed = (*position(item, self._water_frame), *self._depth_and_speed(item))
@@ -169,7 +170,7 @@ class MissionBuilder:
         return z, self._speed, above
 
     def _previous_position(self) -> tuple[float, float]:
-        for step in reversed(self.steps):
+        for step in reversed(self._steps):
             if isinstance(step, Waypoint | Loiter):
                 return step.x, step.y
         raise ItemRefused(INVALID_PARAMS[4], "no position is given, and no item before it has one")

@@ -72,11 +72,6 @@ class PlanBuilder:
         return ('{"items": [\n' + ",\n".join(self._lines) + "\n]}\n").encode()
 
     @property
-    def content(self) -> Any:
-        """The builder of the plan's kind, with the mission's steps, the fence or the rally points."""
-        return self._content
-
-    @property
     def _item_numbers(self) -> tuple[int, ...]:
         return tuple(self._content.item_numbers) if self.kind == MISSION else ()
 

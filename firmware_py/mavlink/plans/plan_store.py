@@ -24,7 +24,7 @@ from firmware_py.records.event import EventKind
 from firmware_py.records.fence import NO_FENCE, Fence, Place
 from firmware_py.records.limits import OperatingLimits
 from firmware_py.records.mission import MissionItem
-from firmware_py.records.order import Change, Mode
+from firmware_py.records.order import Change, FenceChange, MissionChange, Mode, RallyChange
 
 _CHECKS_PER_TICK = 4
 """Checks of guided positions in a tick: with many corners in the fence each costs half a millisecond."""
@@ -172,16 +172,21 @@ class PlanStore:
                 on_not_flyable()
 
     def current(self, cycle: Cycle, home: bool) -> Message:
-        """Return MISSION_CURRENT; with `home`, item 0 is the home position and the mission begins at 1."""
+        """Return MISSION_CURRENT; `home` as `item_number` has it."""
         mission, fence, rally = (self.plans[kind] for kind in (MISSION, FENCE, RALLY))
-        count, mode = len(mission.items), cycle.mode.mode
-        step = cycle.reference.item
-        item = mission.item_numbers[step] if 0 <= step < len(mission.item_numbers) else max(count - 1, 0)
+        mode = cycle.mode.mode
         suspended = 1 if mode is Mode.MISSION else 2
-        message = dialect.MAVLink_mission_current_message(
-            item + home if count else 0, count, self._state(mode), suspended
-        )
+        item = self.item_number(cycle, home)
+        message = dialect.MAVLink_mission_current_message(item, len(mission.items), self._state(mode), suspended)
         return ExtendedMessage(message, mission.ident, fence.ident, rally.ident)
+
+    def item_number(self, cycle: Cycle, home: bool) -> int:
+        """Return which item is flown, 0 without a mission; with `home`, item 0 is that and the mission begins at 1."""
+        mission, step = self.plans[MISSION], cycle.reference.item
+        if not mission.items:
+            return 0
+        at = mission.item_numbers
+        return home + (at[step] if 0 <= step < len(at) else len(mission.items) - 1)
 
     def fence_status(self, _: Cycle) -> Message:
         """Return FENCE_STATUS."""
@@ -203,20 +208,20 @@ class PlanStore:
 
     def _install(self, kind: int, builder: PlanBuilder) -> Change:
         plan, change = builder.finish()
-        if kind == MISSION and self._flown and self._here is not None:
-            wrong = check_first_leg(builder.content.steps, 0, self._here.x, self._here.y, self.limits)
+        if isinstance(change, MissionChange) and self._flown and self._here is not None:
+            wrong = check_first_leg(change.mission.items, 0, self._here.x, self._here.y, self.limits)
             if wrong is not None:
                 raise ItemRefused(
                     INVALID_PARAMS[4], f"the mission is flown now, and the leg to its start is {wrong[1]}"
                 )
         self.plans[kind] = plan
-        if kind == RALLY:
-            self.rally = builder.content.points
-        if kind == FENCE:
-            self._apply_limits(self.limits._replace(fence=builder.content.fence))
-        if kind == MISSION:
+        if isinstance(change, RallyChange):
+            self.rally = change.points
+        if isinstance(change, FenceChange):
+            self._apply_limits(self.limits._replace(fence=change.fence))
+        if isinstance(change, MissionChange):
             self._step, self._begun = -1, False
-            self.steps = builder.content.steps
+            self.steps = change.mission.items
             self.revalidation.cancel()
             if builder.limits != self.limits:
                 self.revalidation.start(self.steps, self.plans[MISSION].item_numbers, self.limits)

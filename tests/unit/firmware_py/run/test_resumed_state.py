@@ -13,7 +13,7 @@ from firmware_py.adapters.installation import configs
 from firmware_py.adapters.io_params import StateParams
 from firmware_py.estimation.navigation.navigation import KeptNavigation
 from firmware_py.params import ParamError
-from firmware_py.run import kept_navigation
+from firmware_py.run import kept_navigation, kept_plans
 from firmware_py.run.kept_plans import with_kept_plans
 from firmware_py.run.resumed_state import resume_state, set_aside_unusable
 from firmware_py.run.usage_error import UsageError
@@ -55,6 +55,18 @@ def test_a_file_that_cannot_be_used_is_renamed_and_told_and_the_rest_can_be_read
     configuration = {**config_files.read_configuration(CONFIG, None, tmp_path), "mission": {"waypoints": []}}
     with_kept_plans(configuration, tmp_path)
     assert kept_navigation.load_navigation(tmp_path) == {}
+
+
+def test_whatever_a_plan_raises_where_it_is_flown_from_sets_it_aside(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(_: object) -> None:
+        raise TypeError("a defect of ours")
+
+    (tmp_path / "mission.json").write_text('{"items": []}')
+    monkeypatch.setattr(kept_plans, "mission_to_plain", broken)
+    [sentence] = set_aside_unusable(CONFIG, None, tmp_path)
+    assert "is set aside as mission.json.corrupt-1: a defect of ours; no mission that a station sent" in sentence
 
 
 def test_none_displaces_another_and_none_is_told_twice(tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ from tests.unit.firmware_py.mavlink.station import ORIGIN, LinkedVehicle, cycle,
 
 ACCEPTED = mavlink.MAV_MISSION_ACCEPTED
 LOITER_UNLIM, LOITER_TURNS, LOITER_TIME = 17, 18, 19
-RETURN, DO_JUMP, SPEED, LEARN = 20, 177, 178, 31010
+RETURN, LAND, DO_JUMP, SPEED, LEARN = 20, 21, 177, 178, 31010
 TERRAIN, LOCAL, IN_MISSION = mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT, 1, mavlink.MAV_FRAME_MISSION
 INCLUDE, INCLUDE_CIRCLE, RALLY_POINT = 5001, 5003, 5100
 NAN, INF = math.nan, math.inf
@@ -85,6 +85,25 @@ def test_the_mission_in_the_order_is_made_already_and_is_what_the_document_says(
     assert isinstance(change, MissionChange)
     assert decode(encode(change)) == change
     assert mission_from_plain(mission_to_plain(change.mission)).waypoints == change.mission.waypoints
+
+
+@pytest.mark.parametrize(
+    ("items", "to"),
+    [
+        ([item(SPEED, 1, 1.5, frame=IN_MISSION), item(), item(), item(north=100), item(DO_JUMP, 4, 3)], 2),
+        ([item(LAND, north=50), item(LAND, north=90), item(north=100), item(DO_JUMP, 3, 1)], 4),
+        ([item(), item(), item(DO_JUMP, 4, 1), item(SPEED, 1, 1.0, frame=IN_MISSION)], 3),
+    ],
+    ids=["fewer steps than items", "more steps than items", "to the end"],
+)
+def test_a_jump_leads_to_the_same_step_at_every_start_from_what_was_kept(items: list, to: int) -> None:
+    vehicle = LinkedVehicle()
+    assert Planner(vehicle).upload(home(*items)) == ACCEPTED
+    vehicle.step()
+    sent = ordered(vehicle)
+    assert next(step.to for step in sent.items if isinstance(step, Jump)) == to
+    kept = read_plan(MISSION, dict(vehicle.node.files_to_save())["mission.json"].decode(), SEA)
+    assert [kept.finish()[1].mission for _ in range(3)] == [sent] * 3
 
 
 def test_a_generic_station_has_no_home_and_finds_the_same_mission() -> None:
