@@ -80,7 +80,7 @@ class Link:
         handlers = requests.command_handlers() | setpoints.command_handlers() | preflight.command_handlers()
         handlers |= self.plan_upload.command_handlers()
         handlers |= GripperCommands(number, queue, drop_weight).command_handlers()
-        modes = ModeCommands(number, queue, self.plan_upload.mission_refusal)
+        modes = ModeCommands(number, queue, configuration.identity, self.plan_upload.mission_refusal)
         self._dispatch = CommandDispatch(self, modes, handlers)
         self.handlers: dict[int, MessageHandler] = {
             **self._dispatch.message_handlers(),

@@ -1,7 +1,7 @@
 """The modes as stations know them: custom mode numbers, names and standard modes.
 
 On a link with ArduSub's identity, custom modes have ArduSub's numbers. On a generic link they have PX4's numbers, which
-MAVSDK uses for every autopilot but ArduPilot. Both codings are accepted on every link.
+MAVSDK uses for every autopilot but ArduPilot: 2 is ALTCTL there, and 3 POSCTL, where ArduSub has ALT_HOLD and AUTO.
 """
 
 from __future__ import annotations
@@ -46,6 +46,10 @@ class ModeEntry(NamedTuple):
         main, sub = self.px4
         return self.ardusub if identity is Identity.ARDUSUB else sub << 24 | main << 16
 
+    def number(self, identity: Identity) -> str:
+        """Return what DO_SET_MODE asks for it with: ArduSub's number, or PX4's main and sub mode."""
+        return str(self.ardusub) if identity is Identity.ARDUSUB else "{}/{}".format(*self.px4)
+
 
 MODES = (
     ModeEntry(Mode.MANUAL, 19, (1, 0), "Manual", "MANUAL", properties=_ADVANCED),
@@ -64,13 +68,20 @@ _SHOWN = {
 }
 _BY_MODE = {entry.mode: entry for entry in (*MODES, _RETURN)}
 _BY_MODE[Mode.DISARMED] = _BY_MODE[Mode.MANUAL]
+_POSCTL = (3, 0)
+"""PX4's mode in which sticks move the vehicle, and without them it holds its position: it circles, as in POSHOLD."""
+_PX4: dict[tuple[float, float], Mode] = {
+    **{entry.px4: entry.mode for entry in (*MODES, _RETURN)},
+    _POSCTL: Mode.LOITER,
+}
+"""By PX4's main and sub mode, as MAVSDK sends them. AUTO alone, which PX4 takes for its mission, is not there."""
+_JOINED = 1 << 16
+"""The least number that has PX4's main and sub mode in one."""
 _BY_CUSTOM: dict[float, Mode] = {
     6: Mode.GUIDED,  # PX4's main mode alone; the other main modes are also ArduSub numbers
-    **{entry.custom(identity): entry.mode for identity in Identity for entry in MODES},
-    _RETURN.custom(Identity.GENERIC): Mode.RETURN,
+    **{entry.ardusub: entry.mode for entry in MODES},
+    **{int(sub) << 24 | int(main) << 16: mode for (main, sub), mode in _PX4.items()},
 }
-_PX4: dict[tuple[float, float], Mode] = {entry.px4: entry.mode for entry in (*MODES, _RETURN)}
-"""PX4's pairs, as MAVSDK sends them."""
 _BY_STANDARD: dict[float, Mode] = {
     dialect.MAV_STANDARD_MODE_MISSION: Mode.MISSION,
     dialect.MAV_STANDARD_MODE_LAND: Mode.SURFACE,
@@ -93,13 +104,20 @@ def mode_name(identity: Identity, mode: Mode) -> str:
     return _SHOWN[identity].get(mode, mode.name)
 
 
-def mode_of(custom: float, sub: float = 0.0) -> Mode | None:
-    """Return the mode that DO_SET_MODE's param2 and param3 ask for; None if there is none.
+def mode_of(identity: Identity, custom: float, sub: float) -> Mode | None:
+    """Return the mode that DO_SET_MODE's param2 and param3 ask for on a link; None if there is none.
 
-    With `sub` they are PX4's main and sub mode, otherwise `custom` is a custom mode; NaN counts as 0.
+    With `sub`, and below 65536 on a generic link, they are PX4's main and sub mode; else `custom` is a custom mode,
+    ArduSub's or PX4's. NaN counts as 0.
     """
     custom, sub = (0.0 if math.isnan(value) else value for value in (custom, sub))
-    return _PX4.get((custom, sub)) if sub else _BY_CUSTOM.get(custom)
+    pair = sub or (identity is Identity.GENERIC and custom < _JOINED)
+    return _PX4.get((custom, sub)) if pair else _BY_CUSTOM.get(custom)
+
+
+def known_modes(identity: Identity) -> str:
+    """Return the names of the modes that may be set on a link, each with its number."""
+    return ", ".join(f"{mode_name(identity, entry.mode)} {entry.number(identity)}" for entry in _AVAILABLE[identity])
 
 
 def standard_mode(number: float) -> Mode | None:

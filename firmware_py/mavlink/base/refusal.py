@@ -6,7 +6,7 @@ import enum
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from firmware_py.mavlink.base.modes import MODES, Identity, mode_name
+from firmware_py.mavlink.base.modes import Identity, known_modes, mode_name
 from firmware_py.records.order import Mode
 
 
@@ -63,7 +63,7 @@ def refusal_text(refusal: Refusal, identity: Identity) -> str:
         *refusal.numbers,
         mode="" if refusal.mode is None else mode_name(identity, refusal.mode),
         instead=_alternatives([mode_name(identity, mode) for mode in refusal.instead]),
-        known=", ".join(f"{mode_name(identity, entry.mode)} {entry.ardusub}" for entry in MODES),
+        known=known_modes(identity),
     )
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from firmware_py.mavlink.base.codec import dialect
 from firmware_py.mavlink.base.link_output import REJECTED, Command, CommandHandler, CommandRefused
-from firmware_py.mavlink.base.modes import mode_of, standard_mode
+from firmware_py.mavlink.base.modes import Identity, mode_of, standard_mode
 from firmware_py.mavlink.base.refusal import ModeReason, ModeRefusal
 from firmware_py.mavlink.commands.queue import CommandQueue, PendingCommand
 from firmware_py.records.order import Arming, Mode
@@ -20,9 +20,10 @@ _FORCE = 21196.0
 class ModeCommands:
     """Arming and modes for one link; `mission_refusal` says why a mission may not start."""
 
-    def __init__(self, link: int, queue: CommandQueue, mission_refusal: Callable[[], str]) -> None:
+    def __init__(self, link: int, queue: CommandQueue, identity: Identity, mission_refusal: Callable[[], str]) -> None:
         self._link = link
         self._queue = queue
+        self._identity = identity
         self._mission_refusal = mission_refusal
 
     def command_handlers(self) -> dict[int, CommandHandler]:
@@ -60,7 +61,7 @@ class ModeCommands:
         base, custom, sub = command.params[:3]
         if not math.isfinite(base) or not int(base) & dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
             raise CommandRefused("only custom modes can be set")
-        mode = mode_of(custom, sub)
+        mode = mode_of(self._identity, custom, sub)
         if mode is None:
             raise CommandRefused(ModeRefusal(ModeReason.UNKNOWN_MODE, numbers=(custom, sub)))
         return self._enqueue(tick, command, Arming.KEEP, mode, chooses=True)

@@ -83,16 +83,19 @@ def test_a_refusal_is_told_with_its_reasons_before_the_answer() -> None:
     assert said[2].result == REJECTED
 
 
+def set_mode(identity: Identity, *params: float) -> tuple[list[Mode | None], list[tuple[int, int]]]:
+    """The modes ordered, and the answers, where a vehicle that holds is sent DO_SET_MODE."""
+    vehicle = LinkedVehicle()
+    vehicle.node, vehicle.mode = node(identities=(identity,)), Mode.HOLD
+    vehicle.stations[0].command(SET_MODE, *params)
+    vehicle.step(2)
+    return [order.mode for order in vehicle.orders if order.mode is not None], vehicle.stations[0].acks()
+
+
 @pytest.mark.parametrize("identity", Identity)
 @pytest.mark.parametrize(
     ("params", "mode"),
     [
-        ((CUSTOM, 19, 0), Mode.MANUAL),
-        ((CUSTOM, 2, 0), Mode.HOLD),
-        ((CUSTOM, 3, 0), Mode.MISSION),
-        ((CUSTOM, 9, math.nan), Mode.SURFACE),
-        ((CUSTOM, 16, 0), Mode.LOITER),
-        ((CUSTOM, 4, 0), Mode.GUIDED),
         ((CUSTOM, 4, 4), Mode.MISSION),  # PX4's main and sub mode, as MAVSDK sends them
         ((CUSTOM, 4, 3), Mode.LOITER),
         ((CUSTOM, 4, 5), Mode.RETURN),
@@ -100,15 +103,33 @@ def test_a_refusal_is_told_with_its_reasons_before_the_answer() -> None:
         ((CUSTOM | 128, 4, 6), Mode.SURFACE),
         ((CUSTOM, 4 << 24 | 4 << 16, 0), Mode.MISSION),  # both in one number, as PX4's heartbeats have it
         ((CUSTOM, 2 << 16, 0), Mode.HOLD),
+        ((CUSTOM, 3 << 16, 0), Mode.LOITER),
     ],
 )
-def test_both_codings_of_modes_are_understood_by_every_identity(identity, params, mode) -> None:
-    vehicle, station = armed()
-    vehicle.node = node(identities=(identity,))
-    station.command(SET_MODE, *params)
-    vehicle.step()
-    assert vehicle.mode is mode
-    assert station.acks() == [(SET_MODE, ACCEPTED)]
+def test_px4s_modes_are_understood_by_every_identity(identity, params, mode) -> None:
+    assert set_mode(identity, *params) == ([mode], [(SET_MODE, ACCEPTED)])
+
+
+@pytest.mark.parametrize(
+    ("number", "ardusub", "generic"),
+    [
+        (1, None, Mode.MANUAL),
+        (2, Mode.HOLD, Mode.HOLD),  # ALT_HOLD, and ALTCTL
+        (3, Mode.MISSION, Mode.LOITER),  # AUTO, and POSCTL: MAVSDK's position control starts no mission
+        (4, Mode.GUIDED, None),
+        (7, None, None),
+        (9, Mode.SURFACE, None),
+        (16, Mode.LOITER, None),
+        (19, Mode.MANUAL, None),
+    ],
+)
+@pytest.mark.parametrize("sub", [0.0, math.nan])
+def test_a_small_number_is_ardusubs_on_its_links_and_px4s_main_mode_on_generic_ones(
+    number, ardusub, generic, sub
+) -> None:
+    for identity, mode in ((Identity.ARDUSUB, ardusub), (Identity.GENERIC, generic)):
+        expected = ([], [(SET_MODE, DENIED)]) if mode is None else ([mode], [(SET_MODE, ACCEPTED)])
+        assert set_mode(identity, CUSTOM, number, sub) == expected
 
 
 @pytest.mark.parametrize(

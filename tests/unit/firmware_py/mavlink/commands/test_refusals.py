@@ -138,7 +138,10 @@ def test_a_refusal_without_modes_is_sent_as_it_stands() -> None:
     ("identity", "known"),
     [
         (Identity.ARDUSUB, "MANUAL 19, ALT_HOLD 2, POSHOLD 16, GUIDED 4, AUTO 3, SURFACE 9"),
-        (Identity.GENERIC, "Manual 19, Depth hold 2, Position hold 16, Guided 4, Auto 3, Surface 9"),
+        (
+            Identity.GENERIC,
+            "Manual 1/0, Depth hold 2/0, Position hold 4/3, Guided 6/0, Auto 4/4, Surface 4/6, Return 4/5",
+        ),
     ],
 )
 def test_an_unknown_mode_is_refused_with_those_that_there_are(identity: Identity, known: str) -> None:

@@ -143,7 +143,7 @@ def commanded(planner: Planner, number: int, *params: float) -> list[int]:
 
 
 AUTO = [
-    (mavlink.MAV_CMD_DO_SET_MODE, 1, 3),
+    (mavlink.MAV_CMD_DO_SET_MODE, 1, 4, 4),
     (mavlink.MAV_CMD_MISSION_START, 0, 0),
     (mavlink.MAV_CMD_DO_PAUSE_CONTINUE, 1),
     (mavlink.MAV_CMD_DO_SET_STANDARD_MODE, 6),
