@@ -2,7 +2,8 @@
 
 A command that is repeated while it waits counts once. If it is repeated because its result was lost, and was its
 sender's last, it gets the same result again and is not executed again: a vehicle that has disarmed itself in between
-must not be armed by an old command. A command to disarm is executed each time.
+must not be armed by an old command. A command to disarm is executed each time. It cancels those that wait, but for the
+end of the flight and the release of the drop weight, which bring up a vehicle that is disarmed too.
 
 A command to release the drop weight is in progress until its hardpoint says that it is done, or that it is not.
 """
@@ -11,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -39,7 +41,8 @@ class PendingCommand(NamedTuple):
     """A command that waits for its tick: sender, command number, and what it asks for.
 
     `chooses` says that a disarmed vehicle takes the mode as the one that arming leads to; `terminate` asks for the end
-    of the flight, `release` for the drop weight.
+    of the flight, `release` for the drop weight. `params` are frame and parameters as they came: what is relative to
+    the vehicle is another setpoint when it is repeated.
     """
 
     link: int
@@ -53,11 +56,21 @@ class PendingCommand(NamedTuple):
     chooses: bool = False
     terminate: bool = False
     release: bool = False
+    params: bytes = b""
+
+    def repeats(self, other: PendingCommand | None) -> bool:
+        """Return whether its sender asked for the same with the other one."""
+        return other is not None and self._replace(setpoint=other.setpoint) == other
 
     @property
     def sender(self) -> tuple[int, int, int]:
         """The station that sent it: link, system and component."""
         return self.link, self.system, self.component
+
+    @property
+    def stands(self) -> bool:
+        """Whether a command to disarm that comes behind it does not cancel it."""
+        return self.arming in _DISARM or self.terminate or self.release
 
     @property
     def order(self) -> Order:
@@ -75,8 +88,16 @@ class CommandResult(NamedTuple):
     why: Refusal = ""
 
 
+class PendingSetpoint(NamedTuple):
+    """A setpoint that waits for its tick and gets no result; `refuse` tells its sender why it is not followed."""
+
+    setpoint: Setpoint
+    asker: Asker
+    refuse: Callable[[Refusal], None]
+
+
 class CommandQueue:
-    """The commands of all links, in the order received; a command to disarm goes first and cancels those that wait.
+    """The commands of all links, in the order received; a command to disarm cancels most of those that wait.
 
     `cycle` is the last one, None before the first.
     """
@@ -89,7 +110,9 @@ class CommandQueue:
         self._results: list[CommandResult] = []
         self._last: dict[tuple[int, int, int], tuple[CommandResult, int]] = {}
         """The last result of each sender, and when it was sent, ns."""
-        self._setpoint: tuple[Setpoint, Asker] | None = None
+        self._setpoint: PendingSetpoint | None = None
+        self._before = 0
+        """Commands that wait and came before the setpoint."""
         self._standing = NO_ORDER
         """What holds without a command: sticks, and when a station was heard."""
         self.cycle: Cycle | None = None
@@ -120,33 +143,40 @@ class CommandQueue:
         """Note that a ground station was heard at `t`, s."""
         self._standing = replace(self._standing, t_station=t)
 
-    def set_setpoint(self, setpoint: Setpoint, asker: Asker) -> None:
-        """Set a setpoint that gets no result; the last one before a tick holds."""
-        self._setpoint = setpoint, asker
+    def set_setpoint(self, setpoint: PendingSetpoint) -> None:
+        """Set a setpoint that gets no result; the last one before its tick holds."""
+        self._setpoint, self._before = setpoint, len(self._waiting)
 
     def put(self, command: PendingCommand, again: bool, t_ns: int) -> None:
         """Put a command into the queue; `again` if its sender marks it as a retransmission."""
-        if command == self._executing or command in self._waiting:
+        if any(command.repeats(known) for known in (self._executing, *self._waiting)):
             return
         if command in self._releasing:
             self._results.append(CommandResult(command, IN_PROGRESS))
             return
         last = self._last.get(command.sender)
         if command.arming in _DISARM:
-            cancelled = [waiting for waiting in self._waiting if waiting.arming not in _DISARM]
+            cancelled = [waiting for waiting in self._waiting if not waiting.stands]
             self._results += [CommandResult(waiting, REJECTED, "disarming goes first") for waiting in cancelled]
-            self._waiting = deque([waiting for waiting in self._waiting if waiting.arming in _DISARM])
+            self._waiting = deque([waiting for waiting in self._waiting if waiting.stands])
             self._append(command)
-        elif again and last is not None and last[0].pending == command and t_ns - last[1] <= _RESULT_VALID_NS:
+            self._before = len(self._waiting)
+        elif again and last is not None and command.repeats(last[0].pending) and t_ns - last[1] <= _RESULT_VALID_NS:
             self._results.append(last[0])
         else:
             self._append(command)
 
     def next_order(self) -> Order:
-        """Return the order of this tick."""
-        standing, setpoint, self._setpoint = self._standing, self._setpoint, None
+        """Return the order of this tick: the next command, or a setpoint whose turn it is."""
+        standing, setpoint = self._standing, self._setpoint
+        if setpoint is not None and not self._before:
+            self._setpoint = None
+            if (why := setpoint_refusal(self.mode, setpoint.setpoint)) is None:
+                return replace(standing, setpoint=setpoint.setpoint, asker=setpoint.asker)
+            setpoint.refuse(why)
         if not self._waiting or self._executing is not None:
-            return standing if setpoint is None else replace(standing, setpoint=setpoint[0], asker=setpoint[1])
+            return standing
+        self._before = max(self._before - 1, 0)
         command = self._waiting.popleft()
         self._executing = command
         order = command.order

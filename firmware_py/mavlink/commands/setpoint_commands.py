@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import struct
 from collections.abc import Callable
+from functools import partial
 from typing import Protocol
 
 from firmware_py.marine import Eta
@@ -20,13 +22,14 @@ from firmware_py.mavlink.base.refusal import Refusal
 from firmware_py.mavlink.base.service import MessageHandler
 from firmware_py.mavlink.base.water_frame import AMSL, LOCAL, WaterFrame, within_range
 from firmware_py.mavlink.commands.position_targets import heading, setpoint_of, speed_ahead
-from firmware_py.mavlink.commands.queue import CommandQueue, PendingCommand, setpoint_refusal
+from firmware_py.mavlink.commands.queue import CommandQueue, PendingCommand, PendingSetpoint, setpoint_refusal
 from firmware_py.records.order import KEEP_SETPOINT, Arming, Asker, Mode, Setpoint
 from firmware_py.tick import NS_PER_S, Tick
 
 _NAN = math.nan
 _E7, _E4, _INT_UNKNOWN = 1e-7, 1e-4, 2147483647.0
 _NOWHERE = Eta(*[_NAN] * 6)
+_PARAMS = struct.Struct("<i7d")
 _REPEAT_REFUSAL_NS = 10 * NS_PER_S
 
 
@@ -80,7 +83,9 @@ class SetpointCommands:
             if mode is None and (why := setpoint_refusal(self._queue.mode, setpoint)) is not None:
                 raise CommandRefused(why, REJECTED)
             sender = (self._link, command.system, command.component, command.number)
-            self._queue.put(PendingCommand(*sender, Arming.KEEP, mode, setpoint), command.again, tick.t_ns)
+            params = _PARAMS.pack(command.frame, *command.params)
+            pending = PendingCommand(*sender, Arming.KEEP, mode, setpoint, params=params)
+            self._queue.put(pending, command.again, tick.t_ns)
             return None
 
         return handle
@@ -145,7 +150,8 @@ class SetpointCommands:
         except CommandRefused as refusal:
             self._refuse(tick, m, refusal.why)
             return
-        self._queue.set_setpoint(setpoint, Asker(self._link, m.get_srcSystem(), m.get_srcComponent(), 0))
+        asker = Asker(self._link, m.get_srcSystem(), m.get_srcComponent(), 0)
+        self._queue.set_setpoint(PendingSetpoint(setpoint, asker, partial(self._refuse, tick, m)))
 
     def _check_limits(self, setpoint: Setpoint) -> None:
         depth_max = self._checks.depth_max

@@ -9,10 +9,11 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.records.health import WeightState
-from firmware_py.records.order import Mode
+from firmware_py.records.order import Arming, Mode
 from tests.unit.firmware_py.mavlink.station import SOUND, LinkedVehicle, Station
 
 GRIPPER, ARM = mavlink.MAV_CMD_DO_GRIPPER, mavlink.MAV_CMD_COMPONENT_ARM_DISARM
+TERMINATE = mavlink.MAV_CMD_DO_FLIGHTTERMINATION
 RELEASE, GRAB = mavlink.GRIPPER_ACTION_RELEASE, mavlink.GRIPPER_ACTION_GRAB
 ACCEPTED, DENIED, FAILED, IN_PROGRESS = 0, 2, 4, 5
 
@@ -49,6 +50,22 @@ def test_the_release_is_in_progress_until_the_hardpoint_says_so_armed_or_not(arm
     vehicle.step(100)
     assert station.acks() == [(GRIPPER, ACCEPTED)]
     assert [order.release for order in vehicle.orders].count(True) == 1
+
+
+@pytest.mark.parametrize(
+    ("command", "params", "asked"), [(GRIPPER, (1, RELEASE), "release"), (TERMINATE, (1,), "terminate")]
+)
+def test_what_brings_the_vehicle_up_is_ordered_though_somebody_disarms_in_the_same_tick(
+    command: int, params: tuple[float, ...], asked: str
+) -> None:
+    vehicle, station = reporting()
+    vehicle.orders.clear()
+    station.command(command, *params)
+    station.command(ARM, 0)
+    vehicle.step(3)
+    orders = [(getattr(order, asked), order.arming) for order in vehicle.orders]
+    assert orders == [(True, Arming.KEEP), (False, Arming.DISARM), (False, Arming.KEEP)]
+    assert [number for number, _ in station.acks()] == [command, ARM]
 
 
 @pytest.mark.parametrize("end", [WeightState.STUCK, WeightState.NOT_CONFIRMED])

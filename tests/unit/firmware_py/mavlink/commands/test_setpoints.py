@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.marine import local_to_geodetic
 from firmware_py.records.order import NOBODY, Arming, Asker, Mode, Setpoint
-from tests.unit.firmware_py.mavlink.station import FREE, ORIGIN, STATE, LinkedVehicle, Station
+from tests.unit.firmware_py.mavlink.station import FREE, ORIGIN, STATE, LinkedVehicle, Station, put_together
 
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED, NO_FRAME = 0, 1, 2, 3, 9
 NAN = math.nan
@@ -178,6 +178,30 @@ def test_a_command_sent_again_because_its_answer_was_lost_is_answered_again_and_
     assert sum(math.isfinite(order.setpoint.z_d) for order in vehicle.orders) == 1
 
 
+def test_a_relative_heading_sent_again_turns_no_further() -> None:
+    yaw, vehicle, station = mavlink.MAV_CMD_CONDITION_YAW, *sailing()
+    vehicle.orders.clear()
+    for again, psi in enumerate((0.0, 60.0)):
+        vehicle.state["eta"] = STATE.eta._replace(psi=math.radians(psi))
+        vehicle.step()
+        station.command(yaw, 90.0, 0.0, 1.0, 1.0, again=again)
+        vehicle.step(2)
+    assert station.acks() == [(yaw, ACCEPTED)] * 2
+    assert math.degrees(said(vehicle).psi_d) == pytest.approx(90.0)
+    station.command(yaw, 90.0, 0.0, 1.0, 1.0)  # another one
+    vehicle.step(2)
+    assert math.degrees(vehicle.orders[-2].setpoint.psi_d) == pytest.approx(150.0)
+
+
+def test_the_same_numbers_in_another_frame_are_another_command() -> None:
+    vehicle, station = sailing()
+    for frame in (RELATIVE, AMSL):
+        send_int(station, REPOSITION, frame, NAN, CHANGE_MODE, 0, NAN, LATITUDE, LONGITUDE, -5.0)
+    vehicle.step(3)
+    depths = [order.setpoint.z_d for order in vehicle.orders if order.asker != NOBODY]
+    assert depths == [pytest.approx(5.0), pytest.approx(LAKE + 5.0)]
+
+
 def test_two_stations_are_obeyed_in_the_order_in_which_they_spoke_and_the_log_tells_who() -> None:
     vehicle, first = sailing(links=2)
     second = vehicle.stations[1]
@@ -274,18 +298,64 @@ def test_a_target_that_is_refused_for_another_reason_says_so_a_second_later() ->
     assert texts[0] != texts[1]
 
 
-def test_the_last_of_many_targets_in_a_tick_holds_and_a_command_goes_first() -> None:
+def place(x: float):
+    return local_target(REST | VELOCITY | YAW | DEPTH, x, 0.0)
+
+
+def test_the_last_of_many_targets_in_a_tick_holds_and_disarming_goes_first() -> None:
     vehicle, station = sailing()
     for x in (1.0, 2.0, 3.0):
-        station.send(local_target(REST | VELOCITY | YAW | DEPTH, x, 0.0))
+        station.send(place(x))
     vehicle.step(3)
     assert said(vehicle).x == 3.0
     vehicle.orders.clear()
-    station.send(local_target(REST | VELOCITY | YAW | DEPTH, 9.0, 0.0))
+    station.send(place(9.0))
     station.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0)
-    vehicle.step()
+    vehicle.step(3)
     assert vehicle.orders[0].arming is Arming.DISARM
-    assert math.isnan(vehicle.orders[0].setpoint.x)
+    assert all(math.isnan(order.setpoint.x) for order in vehicle.orders)
+    texts = [m for m in station.messages if m.get_type() == "STATUSTEXT"]
+    assert "SET_POSITION_TARGET_LOCAL_NED refused: disarmed; arm first" in put_together(texts)[-1]
+
+
+@pytest.mark.parametrize("first", ["target", "command"])
+def test_a_target_and_a_command_of_one_tick_are_both_done_in_the_order_in_which_they_came(first: str) -> None:
+    vehicle, station = sailing()
+    if first == "target":
+        station.send(place(9.0))
+    station.command(mavlink.MAV_CMD_DO_CHANGE_SPEED, 1, 1.25, -1)
+    if first == "command":
+        station.send(place(9.0))
+    vehicle.orders.clear()
+    vehicle.step(3)
+    done = [order for order in vehicle.orders if order.asker != NOBODY]
+    target, command = done if first == "target" else reversed(done)
+    assert same(target.setpoint, NAN, NAN, NAN, 9.0, 0.0)
+    assert same(command.setpoint, NAN, NAN, 1.25, NAN, NAN)
+    assert station.acks() == [(mavlink.MAV_CMD_DO_CHANGE_SPEED, ACCEPTED)]
+
+
+def test_a_target_that_the_mode_set_before_it_does_not_take_is_refused_in_words() -> None:
+    vehicle, station = sailing()
+    station.command(mavlink.MAV_CMD_DO_SET_MODE, 1, 2)
+    station.send(place(9.0))
+    vehicle.step(3)
+    assert vehicle.mode is Mode.HOLD
+    assert all(math.isnan(order.setpoint.x) for order in vehicle.orders)
+    texts = [m for m in station.messages if m.get_type() == "STATUSTEXT"]
+    assert put_together(texts)[-1].startswith("SET_POSITION_TARGET_LOCAL_NED refused: ALT_HOLD takes no position")
+
+
+def test_targets_in_every_tick_hold_up_no_command() -> None:
+    vehicle, station = sailing()
+    for x in range(8):
+        station.send(place(float(x)))
+        station.command(mavlink.MAV_CMD_DO_CHANGE_SPEED, 1, 1.0 + x, -1)
+        vehicle.step()
+    vehicle.step(8)
+    speeds = [order.setpoint.u_d for order in vehicle.orders if math.isfinite(order.setpoint.u_d)]
+    assert speeds == [1.0 + x for x in range(8)]
+    assert [order.setpoint.x for order in vehicle.orders if math.isfinite(order.setpoint.x)][-1] == 7.0
 
 
 any_float = st.floats(width=32)
