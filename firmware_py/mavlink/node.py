@@ -176,7 +176,7 @@ class Node:
 
     def _link_encoders(self, configuration: LinkConfiguration, vehicle: VehicleDescription) -> dict[int, Encoder]:
         identity, state, plans = configuration.identity, self._system_state, self._plan_store
-        surface, n_max = plans.water_frame.surface, vehicle.actuators.n_max
+        high_latency = HighLatency(identity, vehicle.origin, vehicle.actuators.n_max, state, plans)
         return {
             dialect.MAVLINK_MSG_ID_HEARTBEAT: lambda cycle: heartbeat(identity, cycle.mode, state.state),
             dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION: lambda _: autopilot_version(identity),
@@ -187,7 +187,7 @@ class Node:
             dialect.MAVLINK_MSG_ID_AVAILABLE_MODES_MONITOR: lambda _: modes_monitor(),
             dialect.MAVLINK_MSG_ID_MISSION_CURRENT: lambda cycle: plans.current(cycle, identity is Identity.ARDUSUB),
             dialect.MAVLINK_MSG_ID_FENCE_STATUS: plans.fence_status,
-            dialect.MAVLINK_MSG_ID_HIGH_LATENCY2: HighLatency(identity, vehicle.origin, surface, n_max, state).message,
+            dialect.MAVLINK_MSG_ID_HIGH_LATENCY2: high_latency.message,
         }
 
     def _settings_changed(self, settings: NodeSettings) -> None:

@@ -17,10 +17,12 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import Learned
 from firmware_py.records.fence import NO_FENCE
 from firmware_py.records.health import FinEvidence, WeightState
+from firmware_py.records.sensing import Battery
 from firmware_py.tick import NS_PER_S
 
 _RECENT = 2.0
 """A device that was last heard longer ago, s, counts as silent."""
+_UNKNOWN_BATTERY = Battery(math.nan, math.nan, math.nan)
 _PWM_CENTRE, _PWM_SPAN = 1500, 500
 _SERVO_FIELDS, _ARRAY_FIELDS, _CELLS = 16, 58, 10
 _MV, _CA, _PERCENT = 1e-3, 1e-2, 1e-2
@@ -44,6 +46,12 @@ class Actuators(NamedTuple):
 
     delta_max: tuple[float, ...]
     n_max: float
+
+
+def battery_now(cycle: Cycle) -> Battery:
+    """Return what the battery's monitor says; unknown (NaN) while it is silent, or not sound."""
+    battery = cycle.frame.battery
+    return battery.value if battery.usable(cycle.tick.t, _RECENT) else _UNKNOWN_BATTERY
 
 
 class HealthTelemetry:
@@ -76,7 +84,7 @@ class HealthTelemetry:
         """
         frame, state, t = cycle.heard, cycle.state, cycle.tick.t
         sensors = state.sensors
-        battery = frame.battery.value
+        battery = battery_now(cycle)
         health = _EXTENDED
         for bit, healthy in (
             (_GYRO | _AHRS, state.attitude_ok and sensors.ahrs.believed),
@@ -113,8 +121,7 @@ class HealthTelemetry:
 
     def battery(self, cycle: Cycle) -> Message:
         """Encode BATTERY_STATUS: the voltage of the battery in the first cell; what exceeds its range in the next."""
-        value = cycle.frame.battery.value
-        unknown = -1
+        value, unknown = battery_now(cycle), -1
         return dialect.MAVLink_battery_status_message(
             0,
             dialect.MAV_BATTERY_FUNCTION_ALL,

@@ -9,6 +9,8 @@ from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.identity import autopilot, base_mode
 from firmware_py.mavlink.base.modes import Identity, custom_mode, shown_mode
 from firmware_py.mavlink.base.scaling import INT16, INT32, UINT16, boot_ms, whole
+from firmware_py.mavlink.plans.plan_store import PlanStore
+from firmware_py.mavlink.telemetry.health import battery_now
 from firmware_py.mavlink.telemetry.pose import DEG_E7
 from firmware_py.mavlink.telemetry.system_state import SystemState
 from firmware_py.records.cycle import Cycle
@@ -20,18 +22,19 @@ _CHARGE_LOW = 0.2
 
 
 class HighLatency:
-    """Encoder of one link; `surface` is the altitude of the water's surface above mean sea level, m."""
+    """Encoder of one link; `plan_store` has the mission's items, and the altitude of the water's surface."""
 
     def __init__(
         self,
         identity: Identity,
         origin: Origin,
-        surface: float,
         n_max: float,
         system_state: SystemState,
+        plan_store: PlanStore,
     ) -> None:
-        self._identity, self._origin, self._surface = identity, origin, surface
-        self._n_max, self._system_state = n_max, system_state
+        self._identity, self._origin, self._n_max = identity, origin, n_max
+        self._system_state, self._plan_store = system_state, plan_store
+        self._surface = plan_store.water_frame.surface
 
     def message(self, cycle: Cycle) -> Message:
         """Encode HIGH_LATENCY2; wind is the current, custom0 the base mode (as ArduPilot sends it).
@@ -44,7 +47,7 @@ class HighLatency:
         latitude, longitude = local_to_geodetic(self._origin, x, y) if math.isfinite(x + y) else (0.0, 0.0)
         north, east = state.learned.current
         depth = whole(z, _DM, (0, 126 + 127 * 126))
-        charge = cycle.frame.battery.value.remaining
+        charge = battery_now(cycle).remaining
         throttle = whole(abs(cycle.applied.n) / self._n_max, 0.01, (0, 100))
         return dialect.MAVLink_high_latency2_message(
             boot_ms(cycle.tick),
@@ -69,7 +72,7 @@ class HighLatency:
             0,
             whole(-state.z_dot, _DM_S, _SIGNED_BYTE),
             whole(charge, 0.01, (0, 100), unknown=-1),
-            max(reference.waypoint, 0),
+            self._plan_store.item_number(cycle, home=self._identity is Identity.ARDUSUB),
             self._failures(cycle),
             _signed(base_mode(cycle.mode)),
             depth % 127,
@@ -84,7 +87,10 @@ class HighLatency:
             (dialect.HL_FAILURE_FLAG_ABSOLUTE_PRESSURE, not (state.depth_ok and state.sensors.pressure.believed)),
             (dialect.HL_FAILURE_FLAG_3D_GYRO, not (state.attitude_ok and state.sensors.ahrs.believed)),
             (dialect.HL_FAILURE_FLAG_TERRAIN, not math.isfinite(state.altitude)),
-            (dialect.HL_FAILURE_FLAG_BATTERY, frame.battery.value.remaining < _CHARGE_LOW),
+            (
+                dialect.HL_FAILURE_FLAG_BATTERY,
+                frame.battery.value.remaining < _CHARGE_LOW or not frame.battery.usable(cycle.tick.t, _RECENT),
+            ),
             (dialect.HL_FAILURE_FLAG_ENGINE, not (cycle.actuators.faultless and fins_heard)),
             (dialect.HL_FAILURE_FLAG_ESTIMATOR, not (state.attitude_ok and state.velocity_ok)),
             (dialect.HL_FAILURE_FLAG_MISSION, self._system_state.failsafe),

@@ -9,6 +9,9 @@ from types import SimpleNamespace
 
 from firmware_py.adapters.drivers.dronecan import devices
 from firmware_py.adapters.drivers.dronecan.node_monitor import NodeMonitor
+from firmware_py.adapters.drivers.serial_port import SerialPort
+from firmware_py.adapters.drivers.stream_driver import StreamDriver
+from firmware_py.adapters.drivers.waterlink import WATERLINK
 from firmware_py.adapters.loss_watch import FAST, LossWatch
 from firmware_py.mavlink.telemetry.communication import Communication
 from firmware_py.tick import Tick
@@ -117,9 +120,25 @@ def test_hardware_is_shown_the_cycle_before_each_full_second() -> None:
 def test_sys_status_has_the_sums_by_wire_and_the_share_of_the_last_second() -> None:
     sums = Communication()
     lost = {"bus_not_sent": 3, "transfers_bad_crc": 7, "ahrs_bad_crc": 7, "dvl_malformed": 5, "gcs_2_unsigned": 70_000}
+    lost["dvl_broken"] = 0
     sums.update(lost, 990)
     assert (sums.bus, sums.serial, sums.stations, sums.drop_rate) == (10, 5, 65535, 100)
     sums.update(lost, 2000)
     assert (sums.bus, sums.drop_rate) == (10, 0)
     sums.update({**lost, "bus_overrun": 10}, 2010)
     assert (sums.bus, sums.drop_rate) == (20, 5000)
+
+
+def test_a_line_counts_as_one_whatever_its_device_is(tmp_path: Path) -> None:
+    line = SerialPort("pressure", str(tmp_path / "line"), 115_200, absent=True)
+    lost = StreamDriver("pressure", WATERLINK, line).losses()
+    nodes = {"pressure_2_malformed": 7, "pressure_3_missed": 9}
+    sums = Communication()
+    sums.update({**lost, **nodes, "pressure_bad_checksum": 500, "pressure_malformed": 2, "second_bus_overrun": 3}, 997)
+    assert (sums.bus, sums.serial, sums.drop_rate) == (3, 502, 30)
+
+
+def test_what_came_twice_and_the_state_of_a_wire_are_no_loss() -> None:
+    sums = Communication()
+    sums.update({"transfers_duplicate": 40, "bus_down": 1, "second_bus_passive": 1, "dvl_broken": 1}, 1)
+    assert (sums.bus, sums.serial, sums.drop_rate) == (0, 0, 0)

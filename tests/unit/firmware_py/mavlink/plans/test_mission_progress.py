@@ -9,6 +9,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.mavlink.base.identity import Identity
+from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.mavlink.base.water_frame import WaterFrame
 from firmware_py.mavlink.plans.plan_builder import read_plan
 from firmware_py.params import ParamError
@@ -16,7 +17,7 @@ from firmware_py.records.event import Event, EventKind, Severity
 from firmware_py.records.mission import Surface, Waypoint
 from firmware_py.records.order import Mode
 from tests.unit.firmware_py.mavlink.planner import FENCE, MISSION, RALLY, Planner, fields, home, item
-from tests.unit.firmware_py.mavlink.station import ORIGIN, LinkedVehicle, cycle, node
+from tests.unit.firmware_py.mavlink.station import ORIGIN, LinkedVehicle, cycle, node, parse
 
 ACCEPTED = mavlink.MAV_MISSION_ACCEPTED
 LOITER_UNLIM, LAND, SPEED = 17, 21, 178
@@ -113,6 +114,19 @@ def test_items_are_reached_and_the_next_one_is_current_as_the_link_counts_them()
     assert reached == [[1, 3, 4], [0, 2, 3]]
     assert [*dict.fromkeys(current[0])] == [1, 3, 4]
     assert [*dict.fromkeys(current[1])] == [0, 2, 3]
+
+
+@pytest.mark.parametrize(("step", "numbers"), [(0, [1, 0]), (1, [3, 2]), (2, [4, 3])])
+def test_high_latency_names_the_item_as_mission_current_does(step: int, numbers: list[int]) -> None:
+    planner = Planner(LinkedVehicle())
+    planner.upload(home(item(north=10), item(SPEED, 1, 2.0), item(north=20), item(north=30)))
+    kept = read_plan(MISSION, dict(planner.station.vehicle.node.files_to_save())["mission.json"].decode(), SEA)
+    links = [LinkConfiguration(identity, high_latency=True) for identity in Identity]
+    now = cycle(0, Mode.MISSION)
+    now = dataclasses.replace(now, reference=dataclasses.replace(now.reference, item=step))
+    for plans, expected in (({MISSION: kept}, numbers), ({}, [0, 0])):
+        said = [parse(datagram)[0] for datagram in node(configurations=links, plans=plans).report(now)]
+        assert [m.wp_num for m in said] == expected
 
 
 def test_an_item_that_is_given_up_is_not_reached() -> None:

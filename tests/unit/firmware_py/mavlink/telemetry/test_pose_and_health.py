@@ -28,7 +28,7 @@ from firmware_py.records.health import (
     sound,
 )
 from firmware_py.records.order import Mode
-from firmware_py.records.sensing import Battery, silence
+from firmware_py.records.sensing import Battery, Heard, silence
 from tests.unit.firmware_py.mavlink.station import LEARNED, NAMES, ORIGIN, cycle, frame, heard, node, parse, told
 
 
@@ -164,6 +164,21 @@ def test_a_voltage_beyond_one_cells_field_goes_on_in_the_next() -> None:
     sensors = dataclasses.replace(frame(), battery=heard(Battery(150.0, 3.0, 0.8)))
     cells = told(sensors=sensors)["BATTERY_STATUS"].voltages
     assert cells == [65534, 65534, 150_000 - 2 * 65534, *[65535] * 7]
+
+
+@pytest.mark.parametrize(("t_valid", "ok"), [(-2.5, True), (0.0, False)], ids=["silent", "not sound"])
+def test_a_battery_whose_monitor_is_silent_or_not_sound_is_unknown(t_valid: float, ok: bool) -> None:
+    battery = Heard(Battery(48.0, 3.0, 0.8), t_valid, False, ok)
+    for sensors, known in ((frame(), True), (dataclasses.replace(frame(), battery=battery), False)):
+        said = told(sensors=sensors)
+        status, each = said["SYS_STATUS"], said["BATTERY_STATUS"]
+        expected = (48000, 300, 80) if known else (65535, -1, -1)
+        assert (status.voltage_battery, status.current_battery, status.battery_remaining) == expected
+        assert (each.voltages[0], each.current_battery, each.battery_remaining) == expected
+        vehicle = node(configurations=[LinkConfiguration(Identity.ARDUSUB, high_latency=True)])
+        (short,) = parse(vehicle.report(cycle(sensors=sensors))[0])
+        assert short.battery == expected[2]
+        assert bool(short.failure_flags & mavlink.HL_FAILURE_FLAG_BATTERY) is not known
 
 
 def test_what_was_never_heard_is_unknown() -> None:
