@@ -97,7 +97,7 @@ class Estimator:
             ParamError: a list of coefficients that the vehicle does not have, or that gives no scale.
         """
         self._params, self._vehicle = params, vehicle
-        self._arms, self._crossed = LeverArms(vehicle), vehicle.fins_crossed
+        self._arms, self._crossed = LeverArms(vehicle, params.attitude.timeout), vehicle.fins_crossed
         self._selection = Selection(params.selection, params.integrity, params, vehicle)
         self._navigation = Navigation(params, origin)
         self.heard = self.placed = self.believed = silence(len(vehicle.fins))
@@ -126,6 +126,8 @@ class Estimator:
             return other
         other = copy.copy(self)
         other._params = params
+        other._arms = LeverArms(self._vehicle, params.attitude.timeout)
+        other._arms.thaw(self._arms.freeze())
         other._navigation = Navigation(params, origin)
         other._navigation.thaw(self._navigation.freeze())
         other._selection = Selection(params.selection, params.integrity, params, self._vehicle)
@@ -155,22 +157,27 @@ class Estimator:
         known = self._learning.velocity if self._learning is not None else None
         if self._learning is not None and adopted is not None and tick.every(Rate.HZ_1):
             self._follow(self._learning.last, adopted)
-        selection = self._selection
-        self.heard = selection.in_front(frame)
-        frame = self._arms.at_origin(frame, tick.t, self.heard.ahrs)
+        selection, heard = self._selection, frame
+        self.heard = selection.in_front(heard)
+        frame = self._arms.at_origin(heard)
         self.placed = selection.in_front(frame)
+        air = self._arms.in_air(heard, frame, tick.t)
+        port = selection.in_front(air).pressure.value - self.placed.pressure.value
         if self._crossed and any(doubt.weak for doubt in doubts):  # planes turn it too, and no model says how much
             fins = tuple([replace(fin, ok=False) for fin in frame.fins])
-            judged = selection.update(tick, replace(frame, fins=fins), applied, known)
+            judged = selection.update(tick, replace(frame, fins=fins), applied, known, air)
             believed = self.believed = replace(judged, fins=frame.fins)
         else:
-            believed = self.believed = selection.update(tick, frame, applied, known)
+            believed = self.believed = selection.update(tick, frame, applied, known, air)
+        self._arms.hear(believed.ahrs, tick.t)
         correction, integrity = selection.correction, selection.integrity
         if correction is not NO_CORRECTION:
             self._navigation.correct(*correction)
         before = self._learning.last if self._learning is not None else NOTHING_LEARNED
         judged_by = integrity.health, known, integrity.hull, before, integrity.refused, integrity.doubt
-        state = self._navigation.update(tick, believed, applied, *judged_by)
+        state = self._navigation.update(tick, believed, applied, *judged_by, port)
+        if (off := self._arms.depth_std(tick.t)) > 0.0:
+            state = replace(state, depth_std=math.hypot(state.depth_std, off))
         if selection.candidates:
             state = replace(state, candidates=selection.candidates)
         if self._learning is None:

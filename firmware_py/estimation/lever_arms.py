@@ -6,46 +6,49 @@ the third row of R r, an antenna north and east of it by the first two (Fossen 2
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeVar
 
 from firmware_py.estimation.freshness import is_fresh
-from firmware_py.marine import Origin, body_to_ned, local_to_geodetic, pressure_of_depth
+from firmware_py.estimation.navigation.navigation import PITCHED
+from firmware_py.marine import GRAVITY, Origin, body_to_ned, local_to_geodetic
 from firmware_py.records.sensing import Ahrs, Dvl, Fix, Heard, SensorFrame
 from firmware_py.vehicle.vehicle import Place, SensorPlaces, Vehicle
 
 T = TypeVar("T")
 _KEPT = 64
 """So many AHRS reports are kept: a ping is 0.1 s late, and 64 reports at 100 Hz are 0.6 s."""
+_RIGHTS = 5.0
+"""A hull whose attitude is lost is taken to right itself with this time constant, s. At once would be a step of the
+depth by a port in the bow, of which a sound pressure sensor would be accused."""
+_SEEN = 2.0
+"""What DVL and altimeter measured in so many s tells that they are in the water."""
 
 _ORIGIN: Place = (0.0, 0.0, 0.0)
+_LEVEL = Ahrs(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 LeverArmsMemory = tuple[tuple[float, Ahrs], ...]
-"""The last AHRS reports with their times of validity, s."""
+"""The last believed AHRS reports with their times of validity, s."""
 
 
 class LeverArms:
     """Brings frames to the origin; where every sensor sits there, they are left as they are."""
 
-    def __init__(self, vehicle: Vehicle) -> None:
-        self._places, self._density = vehicle.sensors, vehicle.hull.density
+    def __init__(self, vehicle: Vehicle, timeout: float) -> None:
+        """Take the places of the vehicle's sensors; an attitude that is older than `timeout`, s, is lost."""
+        self._places, self._density, self._timeout = vehicle.sensors, vehicle.hull.density, timeout
         self._none = vehicle.sensors == SensorPlaces()
+        ports = (vehicle.sensors.pressure, *vehicle.sensors.spare_pressure)
+        self._reach = max([math.hypot(x, y) for x, y, _ in ports])
         self._reports: list[tuple[float, Ahrs]] = []
 
-    def at_origin(self, frame: SensorFrame, t: float, ahrs: Heard[Ahrs] | None = None) -> SensorFrame:
-        """Return the frame as sensors at the origin would have measured it at the times of validity; t is now, s.
-
-        `ahrs` is the attitude that is believed, of several; None: the first one.
-        """
+    def at_origin(self, frame: SensorFrame) -> SensorFrame:
+        """Return the frame as sensors at the origin would have measured it at the times of validity."""
         if self._none:
             return frame
-        reports, places, ahrs = self._reports, self._places, ahrs or frame.ahrs
-        if is_fresh(ahrs, reports[-1][0] if reports else -1.0, t) and sum(ahrs.value) * 0.0 == 0.0:
-            reports.append((ahrs.t_valid, ahrs.value))
-            del reports[:-_KEPT]
-        if not reports:
-            return frame
+        places = self._places
         return replace(
             frame,
             dvl=self._ping(frame.dvl, places.dvl),
@@ -58,6 +61,33 @@ class LeverArms:
             spare_fix=_each(self._fix, frame.spare_fix, places.spare_fix),
         )
 
+    def hear(self, ahrs: Heard[Ahrs], t: float) -> None:
+        """Take the attitude that is believed at the time t, s, or what stands in for it; for the frames that follow."""
+        if self._none:
+            return
+        reports = self._reports
+        if is_fresh(ahrs, reports[-1][0] if reports else -math.inf, t) and sum(ahrs.value) * 0.0 == 0.0:
+            reports.append((ahrs.t_valid, ahrs.value))
+            del reports[:-_KEPT]
+
+    def in_air(self, heard: SensorFrame, placed: SensorFrame, t: float) -> SensorFrame:
+        """Return the frame `heard` with what pressure sensors show, or would show, in air, if it is at the surface.
+
+        On deck it is what they show. Afloat, where DVL or altimeter see a bottom at t, s, it is what they would show
+        at the origin, as they are in the frame `placed`; but a port above it may be dry.
+        """
+        if self._none or not _in_water(heard, t):
+            return heard
+        pairs = zip(heard.spare_pressure, placed.spare_pressure, strict=True)
+        spares = tuple([_lesser(one, other) for one, other in pairs])
+        return replace(heard, pressure=_lesser(heard.pressure, placed.pressure), spare_pressure=spares)
+
+    def depth_std(self, t: float) -> float:
+        """Return 1 sigma of what an attitude that is lost at t, s, makes of the depth by a port off the origin, m."""
+        if self._reach == 0.0 or (self._reports and t - self._reports[-1][0] <= self._timeout):
+            return 0.0
+        return PITCHED * self._reach
+
     def freeze(self) -> LeverArmsMemory:
         """Return the whole memory."""
         return tuple(self._reports)
@@ -67,11 +97,17 @@ class LeverArms:
         self._reports = list(memory)
 
     def _attitude(self, t: float) -> Ahrs:
-        """Return the report whose time of validity is the last one not after t, s, else the oldest."""
-        for t_valid, report in reversed(self._reports):
-            if t_valid <= t:
-                return report
-        return self._reports[0][1]
+        """Return the report whose time of validity is the last one not after t, s, else the oldest.
+
+        Past the time-out nothing turns the hull, and it rights itself.
+        """
+        first = self._reports[0] if self._reports else (-math.inf, _LEVEL)
+        then, report = next((one for one in reversed(self._reports) if one[0] <= t), first)
+        lost = t - then - self._timeout
+        if not lost > 0.0:
+            return report
+        left = math.exp(-lost / _RIGHTS)
+        return Ahrs(left * report.phi, left * report.theta, report.psi, 0.0, 0.0, 0.0)
 
     def _offset(self, place: Place, t: float) -> tuple[float, float, float]:
         """Return where a place in the body lies, north, east and down of the origin, m."""
@@ -92,7 +128,7 @@ class LeverArms:
         if place == _ORIGIN:
             return heard
         _, _, deeper = self._offset(place, heard.t_valid)
-        return replace(heard, value=heard.value - pressure_of_depth(deeper, 0.0, self._density))
+        return replace(heard, value=heard.value - deeper * self._density * GRAVITY)
 
     def _echo(self, heard: Heard[float], place: Place) -> Heard[float]:
         if place == _ORIGIN or not heard.value > 0.0:  # 0: too near
@@ -105,6 +141,17 @@ class LeverArms:
             return heard
         north, east, _ = self._offset(place, heard.t_valid)
         return replace(heard, value=Fix(*local_to_geodetic(Origin(latitude, longitude), -north, -east), std))
+
+
+def _in_water(frame: SensorFrame, t: float) -> bool:
+    """Return whether something tells that the vehicle is in the water at t, s: in air nothing sees a bottom."""
+    dvl, altitude = frame.dvl, frame.altitude
+    pinged = dvl.usable(t, _SEEN) and math.isfinite(dvl.value.u)
+    return pinged or (altitude.usable(t, _SEEN) and altitude.value > 0.0)
+
+
+def _lesser(one: Heard[float], other: Heard[float]) -> Heard[float]:
+    return other if other.value < one.value else one
 
 
 def _each(

@@ -123,22 +123,27 @@ class Selection:
         return in_front(frame, self.believed)
 
     def update(
-        self, tick: Tick, frame: SensorFrame, applied: Applied, known: FilterVelocity | None = None
+        self,
+        tick: Tick,
+        frame: SensorFrame,
+        applied: Applied,
+        known: FilterVelocity | None = None,
+        air: SensorFrame | None = None,
     ) -> SensorFrame:
         """Return the frame of the devices that are believed, with everything left out that is not.
 
-        See `SensorIntegrity.update`. What is found in this tick tells whom to believe from the next one on.
+        See `SensorIntegrity.update`. What is found now tells whom to believe from the next tick on. `air` is a frame of
+        whose pressures zeros are learned; None: this one.
         """
         if not self._begun:
             self._begin(frame)
         if not self._contenders:
-            out = self.integrity.update(tick, frame, applied, known)
-            self.correction = self.integrity.correction
+            out, self.correction = self.integrity.update(tick, frame, applied, known), self.integrity.correction
             return out
         t, looks = tick.t, tick.every(Rate.HZ_10)
         if self._zeros.off:
             if looks:
-                self._zeros = self._zeros.learned(self._water, frame, applied.armed, 0.1)
+                self._zeros = self._zeros.learned(self._water, air or frame, applied.armed, 0.1)
             frame = self._zeros.applied(frame)
         out = self.integrity.update(tick, in_front(frame, self.believed), applied, known)
         self.correction = self.integrity.correction
@@ -285,10 +290,8 @@ class Selection:
 
     def thaw(self, memory: SelectionMemory) -> None:
         """Restore the memory that `freeze` returned."""
-        self.believed, self._zeros, self.candidates, self._begun = (
-            *(memory.believed, memory.zeros),
-            *(memory.candidates, memory.begun),
-        )
+        self.believed, self._zeros = memory.believed, memory.zeros
+        self.candidates, self._begun = memory.candidates, memory.begun
         self.integrity.thaw(memory.integrity)
         self._judges = {slot: SensorIntegrity(*self._parts) for slot, _ in memory.judges}
         for slot, remembered in memory.judges:

@@ -82,8 +82,8 @@ class PositionMemory(NamedTuple):
     `refused` is how many fixes in a row contradicted the position and agreed with each other; the last one was `off_x`
     north and `off_y` east of it, m. `jump` is by how much such fixes put the position right in this tick, m. Fixes move
     it by `pull_x` and `pull_y` a second, on the average of some, m/s; `astray` is what chance does not explain of that:
-    by so much the velocity is off. `doubt` is what the position may be off by beside, m: fixes or DVL are wrong,
-    and nothing tells which. `moved` is by what the last fixes have moved it.
+    by so much the velocity is off, and `pinged` whether pings told it. `doubt` is what the position may be off by
+    beside, m: fixes or DVL are wrong, and nothing tells which. `moved` is by what the last fixes have moved it.
     """
 
     x: float
@@ -98,6 +98,7 @@ class PositionMemory(NamedTuple):
     pull_x: float = 0.0
     pull_y: float = 0.0
     astray: float = 0.0
+    pinged: bool = True
     doubt: float = 0.0
     moved: tuple[Moved, ...] = ()
 
@@ -124,6 +125,14 @@ def wander_rate(turbulence: float) -> float:
     return 4.0 * EDDY_TIME * turbulence * turbulence
 
 
+def go_by_pings(memory: PositionMemory) -> PositionMemory:
+    """Return the memory now that pings tell the velocity: what one without them was off by says nothing of theirs.
+
+    What pings were off by, by a wrong heading for one, is kept while they are silent and when they come back.
+    """
+    return memory if memory.pinged else memory._replace(pull_x=0.0, pull_y=0.0, astray=0.0, pinged=True)
+
+
 def take_fix(
     params: PositionParams,
     memory: PositionMemory,
@@ -131,8 +140,11 @@ def take_fix(
     t: float,
     origin: Origin,
     velocity: tuple[float, float],
+    pinged: bool = True,
 ) -> PositionMemory:
     """Take a fix in by its scalar Kalman gain, moved from its time of validity to t with `velocity` (m/s, NED).
+
+    `pinged` is whether pings tell that velocity.
 
     A fix more than OUTLIER_SIGMAS away is refused. `fix_resets` of them in a row that agree with each other, or the
     first of a run, show that the vehicle was carried, or the estimate wrong: that fix is the position then. Fixes that
@@ -160,7 +172,8 @@ def take_fix(
     if beyond:
         variance, jump = off, math.sqrt(off)
     gain = variance / (variance + 2.0 * std**2)
-    pull_x, pull_y, astray = _pull(memory, heard.t_valid, 0.0 if beyond else gain, dx, dy, variance)
+    run = memory if pinged is memory.pinged else memory._replace(pull_x=0.0, pull_y=0.0)  # of another velocity
+    pull_x, pull_y, astray = _pull(run, heard.t_valid, 0.0 if beyond else gain, dx, dy, variance)
     return PositionMemory(
         memory.x + gain * dx,
         memory.y + gain * dy,
@@ -171,6 +184,7 @@ def take_fix(
         pull_x=pull_x,
         pull_y=pull_y,
         astray=astray,
+        pinged=pinged,
         doubt=memory.doubt,
         moved=_moved(memory.moved, heard.t_valid, gain * dx, gain * dy),
     )

@@ -92,10 +92,12 @@ def update(
     z_dot: float,
     z_dot_std: float,
     armed: bool,
+    port: float = 0.0,
 ) -> DepthMemory:
     """One tick of dt, s, at the vertical velocity z_dot, m/s; its 1 sigma is z_dot_std more than `lost_std`.
 
-    The zero rests once the vehicle has been armed: from then on it may float awash, which reads like weather.
+    The zero rests once the vehicle has been armed: from then on it may float awash, which reads like weather. It is
+    that of the port: what was taken off its reading for where it sits, which air has not, is `port`, Pa.
     """
     t_last, z, zero, zeroing, drift = memory
     zeroing = zeroing and not armed
@@ -105,8 +107,9 @@ def update(
         if _LOWEST <= depth_of_pressure(pressure, params.surface_pressure, params.density) <= params.range:
             gap = heard.t_valid - t_last
             known = gap <= params.timeout
-            if zeroing and abs(pressure - params.surface_pressure) <= params.zero_window:
-                zero += (gap / (params.tau_zero + gap) if known else 1.0) * (pressure - zero)
+            air = pressure + port
+            if zeroing and abs(air - params.surface_pressure) <= params.zero_window:
+                zero += (gap / (params.tau_zero + gap) if known else 1.0) * (air - zero)
             reading = depth_of_pressure(pressure, zero, params.density) + z_dot * (t - heard.t_valid)
             z += (gap / (params.tau + gap) if known else 1.0) * (reading - z)
             t_last, drift = heard.t_valid, 0.0
@@ -117,6 +120,8 @@ def update(
 
 
 def std(params: DepthParams, memory: DepthMemory, t: float) -> float:
-    """1 sigma of z at the time t, m; without pressure it grows, up to the sensor's range."""
+    """1 sigma of z at the time t, m; without pressure it grows, up to the sensor's range, which it is before any."""
+    if memory.t == -math.inf:
+        return params.range
     lost = max(0.0, t - memory.t - params.timeout)
     return min(math.hypot(params.std, params.lost_std * lost + memory.drift), params.range)

@@ -22,9 +22,9 @@ from firmware_py.records.health import ALL_GOOD, HEADING_FAULTS, SensorHealth
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.tick import Tick
 
-_PITCHED = math.sin(math.radians(20.0))
-"""Without an AHRS the pitch is not known: 1 sigma of the vertical velocity, as a part of the speed. A climb by a fixed
-stern angle has 20 deg."""
+PITCHED = math.sin(math.radians(20.0))
+"""Without an AHRS the pitch is not known: 1 sigma of its sine, and of the vertical velocity as a part of the speed. A
+climb by a fixed stern angle has 20 deg."""
 
 
 @dataclass(frozen=True)
@@ -104,12 +104,14 @@ class Navigation:
         learned: Learned = NOTHING_LEARNED,
         refused: tuple[int, ...] = (),
         doubt: float = 0.0,
+        port: float = 0.0,
     ) -> StateEstimate:
         """Return the state at the tick, from what was received up to it and what was commanded one tick ago.
 
         `sensors` is what is known of the sensors; what is not believed is not ok in the frame. `known` is the velocity
         of the coefficient filter, `hull` that of the vehicle's model, each None if it is not to be believed. `learned`
-        and `refused` become part of the state as they are. `doubt` is what the position may be off by beside, m.
+        and `refused` become part of the state as they are. `doubt` is what the position may be off by beside, m. `port`
+        is how much more than in the frame the air's pressure is, Pa; see `depth.update`.
         """
         params, was, t, dt = self._params, self._memory, tick.t, tick.dt
 
@@ -123,20 +125,22 @@ class Navigation:
         velocity_std = velocity.std(params.velocity, vel, t)
         _, _, z_dot = body_to_ned(phi, theta, psi, vel.u, vel.v, vel.w)
 
-        z_dot_std = 0.0 if attitude_ok else _PITCHED * abs(vel.u)
-        dep = depth.update(params.depth, was.depth, frame.pressure, t, dt, z_dot, z_dot_std, applied.armed)
+        z_dot_std = 0.0 if attitude_ok else PITCHED * abs(vel.u)
+        dep = depth.update(params.depth, was.depth, frame.pressure, t, dt, z_dot, z_dot_std, applied.armed, port)
         depth_ok = t - dep.t <= params.depth.timeout
 
-        x, y, walk, drift, *_ = was.position
+        pinged = t - vel.ping.t <= params.velocity.timeout
+        pos = dead_reckoning.go_by_pings(was.position) if pinged else was.position
+        x, y, walk, drift, *_ = pos
         before = velocity.reckoned(params.velocity, was.velocity, t - dt)
         now = velocity.reckoned(params.velocity, vel, t)
         x_dot, y_dot, _ = body_to_ned(phi, theta, psi, now.u, now.v, now.w)
         carried = sensors.ahrs.fault in HEADING_FAULTS
         lasting = math.hypot(velocity.lasting_std(params.velocity, vel, t), hull.doubt if hull is not None else 0.0)
         rate = dead_reckoning.drift_rate(params.position, math.hypot(x_dot, y_dot), attitude_ok, carried, lasting)
-        if t - vel.ping.t > params.velocity.timeout:
+        if not pinged:
             walk += dead_reckoning.wander_rate(vel.turbulence) * dt
-        x, y, drift = x + x_dot * dt, y + y_dot * dt, drift + (rate + was.position.astray) * dt
+        x, y, drift = x + x_dot * dt, y + y_dot * dt, drift + (rate + pos.astray) * dt
         gap = now.t - before.t
         if 0.0 < gap <= params.velocity.timeout:
             # The velocity went from the last one to this one while the last one was held.
@@ -146,9 +150,9 @@ class Navigation:
             x, y = x + dx, y + dy
             if now.t == vel.ping.t:  # a ping's noise is new in every one
                 walk += 2.0 * (now.std * gap) ** 2
-        pos = was.position._replace(x=x, y=y, walk=walk, drift=drift, jump=0.0, doubt=doubt)
+        pos = pos._replace(x=x, y=y, walk=walk, drift=drift, jump=0.0, doubt=doubt)
         if not depth_ok or dep.z < params.position.fix_depth:
-            pos = dead_reckoning.take_fix(params.position, pos, frame.fix, t, self._origin, (x_dot, y_dot))
+            pos = dead_reckoning.take_fix(params.position, pos, frame.fix, t, self._origin, (x_dot, y_dot), pinged)
         north, east, water_std = velocity.water(params.velocity, vel, t)
 
         self._memory = NavigationMemory(att, vel, dep, pos)

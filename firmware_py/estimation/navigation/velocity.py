@@ -243,7 +243,7 @@ def _follow(params: VelocityParams, memory: VelocityMemory, motion: Motion, t: f
 
 def std(params: VelocityParams, memory: VelocityMemory, t: float) -> float:
     """1 sigma of u and of v at the time t, m/s: of ping or filter, growing with its age up to that of the model."""
-    held = math.hypot(memory.fom, params.accel_std * (t - memory.t))
+    held = math.hypot(memory.fom, params.accel_std * (t - memory.t)) if memory.t > -math.inf else math.inf
     if memory.source is VelocitySource.FILTER:
         return math.hypot(held, _unseen(params, memory, t))
     if memory.source is VelocitySource.HULL_MODEL:

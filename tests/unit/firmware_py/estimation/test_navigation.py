@@ -369,6 +369,43 @@ def afloat(params: NavigationParams = PARAMS, depth: float = 0.0) -> Navigation:
     return navigation
 
 
+def dived(heading: float, silent: Callable[[float], bool]) -> tuple[float, float]:
+    """How far off the position is, m, and its sigma, 110 s after a minute of fixes at the surface, 1 m/s to the north.
+
+    The AHRS says `heading`, rad, and the DVL says nothing while it is `silent`.
+    """
+    navigation = Navigation(PARAMS, ORIGIN)
+    for k in range(17_000):
+        t = k * DT
+        parts: dict[str, Any] = {"ahrs": Heard(Ahrs(0.0, 0.0, heading, 0.0, 0.0, 0.0), t, True, True)}
+        if k % 20 == 0:
+            parts |= {"pressure": pressed(0.0 if t < 60.0 else 5.0, t)}
+            parts |= {} if silent(t) else {"dvl": Heard(Dvl(1.0, 0.0, 0.0, 0.01, 20.0), t, True, True)}
+        if k % 100 == 0 and t < 60.0:
+            parts |= {"fix": fix_at(t, 0.0, t)}
+        state = hear(navigation, k, **parts)
+    return math.hypot(state.eta.x - t, state.eta.y), state.position_std
+
+
+def test_what_the_velocity_was_off_by_without_pings_is_forgotten_when_they_come() -> None:
+    off, sigma = dived(0.0, silent=lambda t: t < 60.0)
+    assert off < 3.0 * sigma
+    assert sigma < 5.0
+
+
+def test_what_pings_were_off_by_at_the_surface_is_remembered_over_a_silence_of_theirs() -> None:
+    off, sigma = dived(0.3, silent=lambda t: 65.0 < t < 70.0)
+    assert 25.0 < off < 3.0 * sigma
+
+
+def test_before_anything_is_heard_nothing_is_known_however_slowly_it_is_lost() -> None:
+    velocity, depth = replace(PARAMS.velocity, accel_std=0.0), replace(PARAMS.depth, lost_std=0.0)
+    state = hear(Navigation(replace(PARAMS, velocity=velocity, depth=depth), ORIGIN), 1000)
+    assert state.depth_std == PARAMS.depth.range
+    assert state.velocity_std >= PARAMS.velocity.lost_std
+    assert state.position_std > PARAMS.position.std_start
+
+
 def test_the_first_fix_is_taken_nearly_whole() -> None:
     state = hear(afloat(), 1, fix=fix_at(40.0, -30.0, 0.01))
     assert (state.eta.x, state.eta.y) == (pytest.approx(40.0, abs=0.1), pytest.approx(-30.0, abs=0.1))
