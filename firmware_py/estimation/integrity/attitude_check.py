@@ -7,6 +7,9 @@ A gyro's bias b stays as b gyro_time.
 An angle that steps, or drifts slowly, is wrong: the carried one takes its place. One that runs away from its gyro
 faster shows that the gyro is wrong, or not which of them is: the measured one is kept, for a gyro's error would add up.
 So it is with a heading of which the rudder's model says later that it was right.
+
+A silence proves nothing: under way, a carried angle is carried over it too, and stands in for one that comes back as
+wrong as it was. A device that was restarted and is right comes back near it, and is believed as any other.
 """
 
 from __future__ import annotations
@@ -33,7 +36,11 @@ _JUMP = math.radians(1.2)
 _JUMPED = 5.0
 """For so long after a body rate jumped, s, the gyro is wrong if it contradicts an angle."""
 _GAP = 0.5
-"""After a longer silence than this, s, gyros carry nothing."""
+"""After a longer silence than this, s, gyros carry nothing but what stands in already."""
+_UNSEEN = math.radians(5.0)
+"""How far off the mean of the body rates before and after such a silence may be, rad/s: half of a fast turn."""
+_UNKNOWN = math.pi / 2
+"""Where that adds up to so much, rad, nothing is known any longer of where a carried angle should be."""
 _VERTICAL = math.cos(math.radians(75.0))
 _REAL = 5
 """So many reports in a row that jump alike are no outliers."""
@@ -44,7 +51,7 @@ class AttitudeCheckMemory:
     """Angles that the gyros carried to the time t, since `began`; what the AHRS was off by: two averages of each.
 
     `carry_tilt` and `carry_heading` are whether the carried angle stands in for the measured one, since `t_carry`;
-    `parted` is how far the heading was off its gyros then, rad.
+    `parted` is how far the heading was off its gyros then, `unseen` what they may be off by since, for silences, rad.
     `t_jump` is when a body rate jumped, `gyro_off` that the gyros are not believed.
     """
 
@@ -66,6 +73,7 @@ class AttitudeCheckMemory:
     carry_heading: bool = False
     t_carry: float = 0.0
     parted: float = 0.0
+    unseen: float = 0.0
     t_jump: float = -math.inf
     gyro_off: bool = False
 
@@ -80,12 +88,18 @@ class AttitudeCheck:
         self.stepped_heading = math.nan
         """Heading, rad, to put in place of what was wrongly taken in; NaN but in the tick of a step."""
 
-    def check(self, heard: Heard[Ahrs], t: float, watch: SourceWatch) -> Heard[Ahrs]:
-        """Return the report, or what stands in for it; what is refused is noted in `watch`."""
+    def check(self, heard: Heard[Ahrs], t: float, watch: SourceWatch, under_way: bool = True) -> Heard[Ahrs]:
+        """Return the report, or what stands in for it; what is refused is noted in `watch`.
+
+        Not `under_way`, on deck or at the pier, silences end what was carried: somebody has seen to the device.
+        """
         params, memory = self._params, self.memory
         phi, theta, psi, p, q, r = heard.value
         dt = heard.t_valid - memory.t
         if not 0.0 < dt <= _GAP or math.cos(memory.theta) < _VERTICAL:
+            unseen = memory.unseen + _UNSEEN * dt
+            if dt > _GAP and under_way and (memory.carry_tilt or memory.carry_heading) and unseen < _UNKNOWN:
+                return self._go_on(heard, t, dt, unseen, watch)
             if dt > 0.0:
                 self._begin(heard)
             watch.take(heard)
@@ -98,12 +112,7 @@ class AttitudeCheck:
                     return heard
                 memory.p, memory.q, memory.r = p, q, r
             memory.t_jump = t
-        p_mean, q_mean, r_mean = 0.5 * (memory.p + p), 0.5 * (memory.q + q), 0.5 * (memory.r + r)
-        s_phi, c_phi = math.sin(memory.phi), math.cos(memory.phi)
-        psi_dot = (q_mean * s_phi + r_mean * c_phi) / max(math.cos(memory.theta), _VERTICAL)
-        phi_c = memory.phi + dt * (p_mean + psi_dot * math.sin(memory.theta))
-        theta_c = memory.theta + dt * (q_mean * c_phi - r_mean * s_phi)
-        psi_c = memory.psi + dt * psi_dot
+        phi_c, theta_c, psi_c = _carried(memory, p, q, r, dt)
         off_phi, off_theta, off_psi = wrap(phi - phi_c), theta - theta_c, wrap(psi - psi_c)
 
         spike = params.angle_spike
@@ -132,12 +141,38 @@ class AttitudeCheck:
         if refused and not (memory.carry_tilt or memory.carry_heading):
             watch.refuse(t)
             return heard
+        return self._taken(heard, watch)
+
+    def _taken(self, heard: Heard[Ahrs], watch: SourceWatch) -> Heard[Ahrs]:
+        """Take a report in; return it, or what stands in for it as long as anything speaks against it."""
         watch.take(heard)
+        if (self.memory.carry_tilt or self.memory.carry_heading) and watch.memory.fault is SourceFault.NONE:
+            self._begin(heard)  # it was silent for so long that nothing spoke against it, and came back right
+        memory = self.memory
         if memory.carry_tilt or memory.carry_heading:
+            phi, theta, psi, p, q, r = heard.value
             phi, theta = (memory.phi, memory.theta) if memory.carry_tilt else (phi, theta)
             value = Ahrs(phi, theta, memory.psi if memory.carry_heading else psi, p, q, r)
             return Heard(value, heard.t_valid, heard.fresh, heard.ok)
         return heard
+
+    def _go_on(self, heard: Heard[Ahrs], t: float, dt: float, unseen: float, watch: SourceWatch) -> Heard[Ahrs]:
+        """Carry what stands in over a silence of dt, s, and accuse the AHRS if it comes back far from that."""
+        before, (phi, theta, psi, p, q, r) = self.memory, heard.value
+        phi_c, theta_c, psi_c = _carried(before, p, q, r, dt)
+        self._begin(heard)
+        memory = self.memory
+        memory.carry_tilt, memory.carry_heading = before.carry_tilt, before.carry_heading
+        memory.t_carry, memory.parted, memory.unseen = before.t_carry, before.parted, unseen
+        if memory.carry_tilt:
+            memory.phi, memory.theta = wrap(phi_c), theta_c
+            memory.off_phi = memory.slow_phi = wrap(phi - phi_c)
+            memory.off_theta = memory.slow_theta = theta - theta_c
+        if memory.carry_heading:
+            memory.psi = wrap(psi_c)
+            memory.off_psi = memory.slow_psi = wrap(psi - psi_c)
+        self._differs(t, psi, watch)
+        return self._taken(heard, watch)
 
     @property
     def held(self) -> Ahrs:
@@ -150,7 +185,7 @@ class AttitudeCheck:
         params, memory = self._params, self.memory
         tilt, heading = params.tilt, params.heading
         if memory.carry_tilt or memory.carry_heading:
-            aged = params.gyro_drift * (t - memory.t_carry)
+            aged = params.gyro_drift * (t - memory.t_carry) + memory.unseen
             tilt = 0.5 * tilt + aged if memory.carry_tilt else tilt
             heading = 0.5 * heading + aged if memory.carry_heading else heading
         off_phi, off_theta, off_psi = abs(memory.off_phi), abs(memory.off_theta), abs(memory.off_psi)
@@ -198,6 +233,7 @@ class AttitudeCheck:
         """Take the measured angles again; called when the AHRS is believed again."""
         memory = self.memory
         memory.carry_tilt = memory.carry_heading = memory.gyro_off = False
+        memory.unseen = 0.0
 
     def _begin(self, heard: Heard[Ahrs]) -> None:
         before = self.memory
@@ -211,6 +247,16 @@ class AttitudeCheck:
     def thaw(self, memory: AttitudeCheckMemory) -> None:
         """Restore the memory that `freeze` returned."""
         self.memory = copy.copy(memory)
+
+
+def _carried(memory: AttitudeCheckMemory, p: float, q: float, r: float, dt: float) -> tuple[float, float, float]:
+    """Return roll, pitch and heading as the gyros carry them on by dt, s, to body rates p, q, r, rad/s."""
+    p_mean, q_mean, r_mean = 0.5 * (memory.p + p), 0.5 * (memory.q + q), 0.5 * (memory.r + r)
+    s_phi, c_phi = math.sin(memory.phi), math.cos(memory.phi)
+    psi_dot = (q_mean * s_phi + r_mean * c_phi) / max(math.cos(memory.theta), _VERTICAL)
+    phi_c = memory.phi + dt * (p_mean + psi_dot * math.sin(memory.theta))
+    theta_c = memory.theta + dt * (q_mean * c_phi - r_mean * s_phi)
+    return phi_c, theta_c, memory.psi + dt * psi_dot
 
 
 def _limit(x: float, most: float) -> float:

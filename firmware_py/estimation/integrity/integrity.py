@@ -23,7 +23,7 @@ from firmware_py.estimation.navigation.navigation import NavigationParams
 from firmware_py.estimation.navigation.velocity import FilterVelocity, HullVelocity
 from firmware_py.marine import depth_of_pressure
 from firmware_py.records.command import Applied
-from firmware_py.records.health import Role, SensorHealth, SourceFault
+from firmware_py.records.health import ALL_GOOD, Role, SensorHealth, SourceFault
 from firmware_py.records.sensing import Ahrs, Dvl, Fix, Heard, SensorFrame
 from firmware_py.tick import Rate, Tick
 from firmware_py.vehicle.vehicle import Vehicle
@@ -65,8 +65,8 @@ class SensorIntegrity:
 
     @property
     def health(self) -> SensorHealth:
-        """Return state and fault of every sensor."""
-        return self._sources.health
+        """Return state and fault of every sensor; where nothing is judged, all are good."""
+        return self._sources.health if self._params.enabled else ALL_GOOD
 
     @property
     def refused(self) -> tuple[int, ...]:
@@ -81,7 +81,7 @@ class SensorIntegrity:
     @property
     def doubt(self) -> float:
         """Return what the position may be off by beside its sigma, m: DVL, or propeller, and fixes go apart."""
-        return self._velocity.way.memory.doubt
+        return self._velocity.way.memory.doubt if self._params.enabled else 0.0
 
     def follow_nodes(self, numbers: Sequence[int]) -> None:
         """Take note of which candidates, a number for each of `sensing.ROLES`, frames have in front."""
@@ -117,7 +117,7 @@ class SensorIntegrity:
         if frame.dvl.fresh:
             self._hear_dvl(frame.dvl, t)
         if frame.ahrs.fresh:
-            self._hear_ahrs(frame.ahrs, t)
+            self._hear_ahrs(frame.ahrs, t, applied.armed)
         if frame.altitude.fresh:
             self._hear_altitude(frame.altitude, t)
         if frame.pressure.fresh:
@@ -133,13 +133,13 @@ class SensorIntegrity:
         self._sources.tell(frame)
         return self._sources.screened(frame, self._stand_in)
 
-    def _hear_ahrs(self, heard: Heard[Ahrs], t: float) -> None:
+    def _hear_ahrs(self, heard: Heard[Ahrs], t: float, armed: bool) -> None:
         sources, watch = self._sources, self._sources.ahrs
         if not watch.hear(heard, t, (self.model.speed / _SPED,)):
             self._stand_in = None
             return
         before = self._attitude.memory.t
-        out = self._attitude.check(heard, t, watch)
+        out = self._attitude.check(heard, t, watch, armed)
         self._stand_in = out if out is not heard else None
         if not math.isnan(self._attitude.stepped_heading):
             self.correction = self.correction._replace(heading=self._attitude.stepped_heading)
@@ -264,7 +264,7 @@ class SensorIntegrity:
         now = sources.believed
         if were != now:
             ahrs, _, _, altimeter, *_, echo = [is_now and not was for was, is_now in zip(were, now, strict=True)]
-            if ahrs:
+            if ahrs and t - self._attitude.memory.t <= _GAP:  # else what it says next has to tell
                 self._attitude.recover()
             for i in [i for i, back in enumerate((altimeter, echo)) if back]:
                 self._altitude.forget(i)

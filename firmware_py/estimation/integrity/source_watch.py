@@ -30,6 +30,16 @@ _TICK = 1e-3
 """Times may be rounded by so much, s."""
 
 
+def _same(value: Any, before: Any) -> bool:
+    """Return whether a value repeats the one before it; what is unknown, NaN, repeats itself too.
+
+    Python holds a NaN for equal to itself, and not to another one, as a replayed log has them.
+    """
+    if not isinstance(value, tuple):
+        return bool(value == before or (value != value and before != before))
+    return before is not None and all(map(_same, value, before))
+
+
 @dataclass(slots=True)
 class SourceMemory:
     """What is remembered of one sensor; times in s.
@@ -123,7 +133,7 @@ class SourceWatch:
         value, channels = heard.value, self._channels
         if channels is not None and memory.value is not None and channels.hear(value, memory.value, t):
             self.accuse(SourceFault.FROZEN, t)
-        if value != memory.value:
+        if not _same(value, memory.value):
             if memory.value is not None:
                 if memory.repeats and self._frozen < _EXACT:
                     memory.noisy = max(0.0, memory.noisy - _REPEAT * memory.repeats)

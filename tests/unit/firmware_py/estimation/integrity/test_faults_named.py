@@ -27,10 +27,16 @@ def off(name: str, by: float) -> Fault:
     return after(20.0, lambda _, value: value._replace(**{name: getattr(value, name) + by}))
 
 
+def of_unknown_altitude(fault: Fault) -> Fault:
+    """Return a fault of a DVL that tells no altitude: each time another NaN, as a replayed log has them."""
+    return lambda t, value: fault(t, value)._replace(altitude=float("nan"))
+
+
 CASES: dict[str, tuple[str, Fault, str, set[SourceFault], float]] = {
     "pressure frozen": ("pressure", frozen(20.0), "pressure", {F.FROZEN}, 0.5),
     "AHRS frozen": ("ahrs", frozen(20.0), "ahrs", {F.FROZEN}, 0.5),
     "DVL frozen": ("dvl", frozen(20.0), "dvl", {F.FROZEN}, 0.6),
+    "DVL frozen, without bottom": ("dvl", of_unknown_altitude(frozen(20.0)), "dvl", {F.FROZEN}, 0.6),
     "altimeter frozen, diving": ("altitude", frozen(20.0), "altitude", {F.CONTRADICTED, F.FROZEN}, 4.0),
     "pressure drifts by -0.5 m/s": ("pressure", drifting(-0.5), "pressure", {F.DRIFT}, 1.0),
     "pressure drifts by +0.5 m/s": ("pressure", drifting(0.5), "pressure", {F.DRIFT}, 1.0),

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
+from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.marine import wrap
 from firmware_py.records.health import ALL_GOOD, SensorHealth, SourceState
-from firmware_py.records.sensing import Fix
+from firmware_py.records.sensing import Fix, SensorFrame
 
-from .voyage import DEG, ORIGIN, Fault, after, named, new, once, voyage
+from .voyage import DEG, ORIGIN, RESTS, Fault, after, named, new, once, pitch_at, voyage
 
 G = 9806.65
 
@@ -76,6 +78,46 @@ def test_heading_is_carried_on_by_the_gyros_after_a_step_and_put_right() -> None
     assert max(errors) < 1.0 * DEG
     assert len(corrected) == 1
     assert corrected[0] < 1.0 * DEG
+
+
+LIES: dict[str, Any] = {
+    "heading": lambda a: a._replace(psi=wrap(a.psi + 60 * DEG)),
+    "pitch": lambda a: a._replace(theta=a.theta + 8 * DEG),
+}
+DIVE = (10.0, 30.0)
+
+
+def silenced(begin: float, lasts: float) -> Any:
+    def silent(t: float, frame: SensorFrame) -> SensorFrame:
+        return replace(frame, ahrs=replace(frame.ahrs, fresh=False)) if begin <= t < begin + lasts else frame
+
+    return silent
+
+
+@pytest.mark.parametrize(("lie", "lasts"), [("heading", 0.6), ("heading", 8.0), ("pitch", 0.6)])
+def test_an_ahrs_that_comes_back_from_a_silence_as_wrong_as_it_was_is_not_believed(lie: str, lasts: float) -> None:
+    for seen in voyage(50.0, {"ahrs": after(20.0, lambda _, a: LIES[lie](a))}, change=silenced(25.0, lasts)):
+        off = seen.believed.ahrs.value.psi - seen.psi, seen.believed.ahrs.value.theta - pitch_at(seen.t, DIVE)[0]
+        if seen.t > 20.2 and seen.believed.ahrs.fresh:
+            assert max(abs(wrap(off[0])), abs(off[1])) < 3.0 * DEG
+    assert seen.health.ahrs.state is SourceState.SUSPECT
+
+
+@pytest.mark.parametrize("lie", LIES)
+@pytest.mark.parametrize("lasts", [0.6, 8.0])
+def test_an_ahrs_that_was_restarted_and_is_right_again_is_believed(lie: str, lasts: float) -> None:
+    fault = after(20.0, lambda _, a: LIES[lie](a), until=25.0)
+    *_, seen = voyage(25.0 + lasts + 6.0, {"ahrs": fault}, change=silenced(25.0, lasts))
+    assert seen.health == ALL_GOOD
+    assert seen.believed.ahrs == seen.heard.ahrs
+
+
+def test_on_deck_a_silence_ends_the_accusation() -> None:
+    fault = after(20.0, lambda _, a: LIES["heading"](a))
+    options: dict[str, Any] = {"speed": 0.0, "start": 0.0, "applied": RESTS, "change": silenced(25.0, 0.6)}
+    *_, before = voyage(25.0, {"ahrs": fault}, **options)
+    *_, seen = voyage(32.0, {"ahrs": fault}, **options)
+    assert (before.health.ahrs.state, seen.health.ahrs.state) == (SourceState.SUSPECT, SourceState.GOOD)
 
 
 def test_a_wrong_gyro_does_not_lead_the_heading_astray() -> None:
@@ -148,6 +190,15 @@ def test_at_the_surface_a_fix_is_used_when_a_second_confirms_it_and_one_that_jum
             used.add(round(seen.t))
             assert abs(seen.believed.fix.value.latitude - ORIGIN.latitude) < 1e-5
     assert used == set(range(1, 15)) - {10}
+
+
+def test_where_nothing_is_judged_any_longer_nobody_stays_accused() -> None:
+    judged, idle = new(), new(IntegrityParams(enabled=False))
+    judged._velocity.way.memory.doubt = 5.0
+    *_, last = voyage(22.0, {"pressure": after(20.0, lambda _, p: p + G)}, integrity=judged)
+    assert last.health.pressure.state is SourceState.SUSPECT
+    idle.thaw(judged.freeze())
+    assert (idle.health, idle.doubt) == (ALL_GOOD, 0.0)
 
 
 def test_memory_taken_over_goes_on_as_if_nothing_had_happened() -> None:
