@@ -54,8 +54,7 @@ class CoefficientEkf:
         age: how far its start-up is, s, (1,); see `start_up.schedule`.
         nis: normalised innovations squared of the last step, (9,); NaN without a measurement.
         rejected: how many measurements were rejected, (9,).
-        resets: how often it diverged and began anew.
-        bursts: how often the gyros contradicted it.
+        resets, bursts: how often it diverged and began anew; how often the gyros contradicted it.
         withheld: fins, of `boost.FINS`, of which no burst makes uncertain what they make; not remembered here, but by
             `doubted_fins`.
         iteration: goes through the flight again.
@@ -257,6 +256,7 @@ class CoefficientEkf:
             end = min(len(given.inputs), begin + iteration.free_steps(h))
             came = _run(self.bank.kernel, monitor, iteration.recording, iteration.used, given, begin, end, output)
             self._since_reset += h * (came - begin)
+            iteration.count(came - begin, h, self.age[0])
             if diverged(monitor.window):
                 self._reset()
             elif bursts(monitor.burst):

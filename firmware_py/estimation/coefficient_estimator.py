@@ -142,6 +142,7 @@ class CoefficientEstimator:
             innovations, moved = (self._health.trusted, self._health.surprised), self._doubts.water.moves
             if self._doubts.update(tick.t, state, mute, rates, doubts, *innovations, self.last.turbulence):
                 self._bounds, self._running = unbounded(self._count), False  # the motion was followed by a wrong model
+                self._health.reset()  # without a DVL nothing begins anew, and nothing counts as known until then
                 self._permit()
             elif self._doubts.water.moves != moved:
                 self._permit()
@@ -261,7 +262,7 @@ class CoefficientEstimator:
                 model.names[:count],
                 known.covariance[learned, learned],
                 self.ekf.prior[learned],
-                np.array(model.believed[:count]),
+                np.array(model.sizes[:count]),
                 np.array(self._valid(known.values.tolist(), known.std.tolist())),
                 np.array(excited) & self._running,
                 self._ever,

@@ -122,9 +122,11 @@ class CoefficientValidity:
     """Judges the first `count` parameters of a model, step by step."""
 
     def __init__(self, params: ValidityParams, model: ObserverModel, count: int) -> None:
-        """Begins as after a reset. Inertia and the sizes of the coefficients are as believed, whatever is learned."""
+        """Begins as after a reset. Inertia and the sizes of the coefficients are as believed, whatever is learned; that
+        of x_G, which is believed to be 0, is the vehicle's length.
+        """
         self._params = params
-        self._scale = np.abs(np.array(model.believed[:count], dtype=np.float64))
+        self._scale = np.array(model.sizes[:count], dtype=np.float64)
         self._terms = first_terms(model.arrays.terms, count)
         seen = np.array((params.speed_gain,) * 3 + (params.rate_gain,) * 3)
         parameter, equation, weight = self._terms.parameter, self._terms.equation, self._terms.weight

@@ -54,7 +54,8 @@ class LearnedState(NamedTuple):
     names: Sequence[str]
     covariance: Array
     prior_std: Array
-    believed: Array
+    sizes: Array
+    """What each is measured in where it is uncertain: its believed size, of x_G the vehicle's length."""
     valid: NDArray[np.bool_]
     excited: NDArray[np.bool_]
     ever: NDArray[np.bool_]
@@ -95,12 +96,12 @@ def report(known: LearnedState) -> tuple[Event, ...]:
     """Return what was learned and what was not, as events of a learning report; `event_text` has the sentence.
 
     All is learned where every coefficient is identifiable, valid and excited. Sigma is that of the worst known of what
-    was learned, of its believed size.
+    was learned, of its size.
     """
     names, count = list(known.names), len(known.names)
     with np.errstate(all="ignore"):  # what is too large for a number is told below
         scaled = known.covariance / np.outer(known.prior_std, known.prior_std)
-        sizes = np.sqrt(known.covariance.diagonal()) / np.abs(known.believed)
+        sizes = np.sqrt(known.covariance.diagonal()) / known.sizes
     if not (np.isfinite(scaled).all() and np.isfinite(sizes).all()):
         return (reported(Cause.NOT_FINITE, (float(count),)),)
     try:

@@ -77,7 +77,7 @@ def prior(restored: Restored, filters: BankArrays) -> tuple[tuple[str, ...], Arr
     for name, x, lowest, highest, sigma, widest, believed, relied_on in each:
         if not lowest <= x <= highest:
             raise ParamError(f"{name} = {x:g}: must be in [{lowest:g}, {highest:g}]")
-        if relied_on and not x * believed > 0.0:  # no hull is damped, and no fin turns it, the other way round
+        if relied_on and name != X_G and not x * believed > 0.0:  # no fin turns a hull the other way round, no drag
             raise ParamError(f"{name} = {x:g}: must have the sign of the vehicle file, {believed:g}")
         if not sigma >= STD_LEAST * widest:
             raise ParamError(f"{name}: a 1 sigma of {sigma:g} is less than any flight can leave")

@@ -14,6 +14,7 @@ from sternplane.study.setups import FilterRun, Setup, bound_std, fly_prbs, flyin
 
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
+from firmware_py.estimation.filter.kernel_arguments import Tuning
 from firmware_py.estimation.iteration.iterated_filter import LAST, PATIENCE, ROWS_PER_STEP
 from firmware_py.estimation.iteration.relinearised_pass import move_with_reference
 from firmware_py.estimation.model.observer_model import ObserverModel
@@ -91,6 +92,31 @@ def test_a_run_is_the_same_to_the_last_bit_however_it_is_cut() -> None:
         assert calls.step(u, NOW.h, heard, SENSOR_STD**2)
     assert whole.iteration.accepted
     assert bits(whole) == bits(parts) == bits(calls)
+
+
+def test_steps_before_a_divergence_are_in_the_history_however_they_were_cut() -> None:
+    x, inputs, z = given_to(1)
+    z[70:130, 3:6] += 0.3  # the gyros contradict the filter
+    whole, calls = (started(x, dataclasses.replace(SOON, iteration_times=(10.0,))) for _ in range(2))
+    whole.run(NOW.h, inputs[:200], z[:200], SENSOR_STD**2)
+    for u, heard in zip(inputs[:200], z[:200], strict=True):
+        assert calls.step(u, NOW.h, heard, SENSOR_STD**2)
+    assert whole.resets
+    assert whole.iteration.used == calls.iteration.used == 200
+    np.testing.assert_array_equal(whole.iteration.history.z[:200], z[:200])
+    assert bits(whole) == bits(calls)
+
+
+def test_other_parameters_reach_the_passes_too() -> None:
+    x, inputs, z = given_to(2)
+    before, after = started(x), started(x, dataclasses.replace(SOON, surge_noise=0.05, bound=2.0))
+    made = [array.copy() for array in after.banks[1].tuning]
+    before.run(NOW.h, inputs[:230], z[:230], SENSOR_STD**2)
+    after.thaw(before.freeze())
+    for name in ("Q_final", "lower", "upper"):
+        place = Tuning._fields.index(name)
+        np.testing.assert_array_equal(after.banks[1].tuning[place], made[place])
+        assert (made[place] != before.banks[1].tuning[place]).any()
 
 
 def test_it_is_taken_up_again_in_the_middle() -> None:

@@ -246,7 +246,7 @@ def _tuning(
     believed = np.array(model.believed)
     tuning = Tuning(*zeros(len(Tuning._fields), width))
     tuning.Q_final[LINEAR], tuning.Q_final[ANGULAR] = params.speed_noise**2, params.rate_noise**2
-    tuning.Q_final[first : first + count] = (params.walk * np.abs(believed)[:count]) ** 2
+    tuning.Q_final[first : first + count] = (params.walk * np.array(model.sizes[:count])) ** 2
     for state, noise in zip(FIN_DRIVEN, scales.fin_noise(params.fin_resolution), strict=True):
         tuning.Q_final[state] += noise**2
     tuning.Q_final[U] += (params.surge_noise * scales.speed_noise) ** 2

@@ -129,7 +129,7 @@ class IteratedFilter:
             self.used += 1
 
     def free_steps(self, h: float) -> int:
-        """How many steps of h (s) may be made before `follow` is to be called."""
+        """How many steps of h (s) may be made before `follow` is to be called; `count` is, whenever some were made."""
         if not self.running:
             return ENDLESS
         if self._row >= 0:
@@ -137,8 +137,17 @@ class IteratedFilter:
         mark = self._times[self._turn] if self._learned else self._delay + PATIENCE
         return max(math.ceil((mark - self._span) / h - 1e-6), 1)
 
+    def count(self, steps: int, h: float, age: float) -> None:
+        """Takes note of `steps` steps of h (s), no more than were free, that were recorded; `age` (s) is the bank's."""
+        if self.running:
+            self.used += steps
+            self._span += steps * h
+            self._evidence.fade(steps * h)
+            self._learned = self._learned or age > max(self._age, self._delay) + h
+            self.running = self.used <= len(self.history.h)
+
     def follow(self, bank: BankArrays, steps: int, h: float, age: Array, begun: Flags) -> Verdict:
-        """Follows `steps` steps of h (s), no more than were free.
+        """Follows the last `steps` steps of h (s), which were counted.
 
         Args:
             bank: which is iterated; changed when the iteration takes over.
@@ -152,16 +161,10 @@ class IteratedFilter:
         """
         if not self.running:
             return Verdict.NONE
-        self.used += steps
-        self._span += steps * h
-        self._evidence.fade(steps * h)
-        if self.used > len(self.history.h):
-            self.running = False
-        elif self._row >= 0:
+        if self._row >= 0:
             return self._catch_up(bank, steps, age, begun)
         elif not self._learned:
-            self._learned = age[0] > max(self._age, self._delay) + h
-            if not self._learned and self._span > self._delay + PATIENCE - 0.5 * h:
+            if self._span > self._delay + PATIENCE - 0.5 * h:
                 self.begin(bank, age[0])
         elif self._span > self._times[self._turn] - 0.5 * h:
             self._may_learn[:] = bank.tuning.may_learn
@@ -245,8 +248,10 @@ class IteratedFilter:
 
     @property
     def _arrays(self) -> tuple[Array, ...]:
-        own = (*self._bank.tuning, self._mean, self._may_learn, self._window, self._contradicted)
-        return (*self._reference.arrays, *own)
+        """All that a pass has set; the rest of the tuning follows from parameters, and from what is in doubt."""
+        tuning = self._bank.tuning
+        own = (self._mean, self._may_learn, self._window, self._contradicted)
+        return (*self._reference.arrays, tuning.Q, tuning.Q_eddy, tuning.learns, tuning.may_learn, *own)
 
     def freeze(self) -> IterationMemory:
         """All it remembers."""

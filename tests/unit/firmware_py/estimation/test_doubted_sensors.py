@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from firmware_py.records.health import (
     SourceHealth,
     SourceState,
 )
-from tests.estimation.flights import Moment, flown, learner, moments
+from tests.estimation.flights import Moment, deaf, flown, learner, moments
 
 MOMENTS = moments(flown(24.0))
 AT = 18.0
@@ -62,6 +63,18 @@ def test_nothing_is_valid_after_a_lie_and_it_is_learned_again() -> None:
     assert any(before.valid)
     assert not any(after.valid)
     assert any(again.valid)
+
+
+def test_nothing_is_valid_after_a_lie_where_no_ping_lets_it_begin_anew() -> None:
+    vehicle = learner()
+    seen = {}
+    for moment in deaf(MOMENTS, "dvl", AT - 2.0, math.inf):
+        lies = moment.t >= AT
+        told = with_health(moment, sensors=suspect(Role.AHRS, SourceFault.HEADING)) if lies else moment
+        seen[round(moment.t, 2)] = vehicle.update(*told)
+    assert any(seen[AT - 0.1].valid)
+    assert not any(seen[AT + 0.2].valid)
+    assert not any(seen[24.0].valid)
 
 
 def test_another_device_has_other_biases_and_tells_of_another_current() -> None:

@@ -41,7 +41,7 @@ def known(std: tuple[float, ...] = (0.01,) * 4, correlated: float = 0.0, **chang
     covariance = np.diag(deviations**2)
     covariance[2, 3] = covariance[3, 2] = correlated * deviations[2] * deviations[3]
     every = np.ones(4, dtype=np.bool_)
-    return LearnedState(NAMES, covariance, PRIOR, BELIEVED, every, every, every)._replace(**changes)
+    return LearnedState(NAMES, covariance, PRIOR, np.abs(BELIEVED), every, every, every)._replace(**changes)
 
 
 def flags(*which: str) -> np.ndarray:
@@ -111,7 +111,7 @@ def test_whatever_the_covariance_a_sentence_comes_of_it_without_a_number_that_is
     covariance[np.tril_indices(4)] = numbers
     covariance += np.tril(covariance, -1).T
     valid, excited, ever = np.array(flag).reshape(3, 4)
-    told = sentence(LearnedState(NAMES, covariance, PRIOR, BELIEVED, valid, excited, ever))
+    told = sentence(LearnedState(NAMES, covariance, PRIOR, np.abs(BELIEVED), valid, excited, ever))
     assert re.match(r"learned (all 4|[0-4] of 4)\b", told)
     assert not re.search(r"\b(nan|inf)\b", told)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -48,6 +49,18 @@ def test_a_filter_begins_with_the_values_and_a_share_of_its_first_doubt() -> Non
     before = np.array([bank.prior[bank.model.place(name)] for name in names])
     assert np.sqrt(P.diagonal()) == pytest.approx(np.hypot(0.05, 0.15) * before)
     assert P[0, 1] == pytest.approx(0.9 * 0.05**2 * before[0] * before[1])
+
+
+def test_a_centre_of_gravity_may_lie_on_either_side_of_where_the_file_has_it() -> None:
+    nuisances = tuple([name for name in PARAMS.nuisances if name != "x_G"])
+    bank = CoefficientEkf(VEHICLE, replace(PARAMS, names=(*TEN, "x_G"), nuisances=nuisances)).bank
+    place = bank.model.place("x_G")
+    for trim in (-0.01, 0.01):
+        mean, P = np.zeros(bank.model.size), np.diag(np.maximum(0.05 * bank.prior, 1e-9) ** 2)
+        mean[bank.model.first :] = bank.model.believed
+        mean[place] = trim
+        names, value, _ = prior(Restored(learned_model(bank, mean, P, (True,) * 11), 0.15), bank)
+        assert value[names.index("x_G")] == trim
 
 
 def test_none_becomes_less_certain_than_before_any_flight_and_the_covariance_stays_one() -> None:

@@ -6,6 +6,7 @@ import numpy as np
 
 from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.estimation.model.observer_model import X_G, ObserverModel
+from firmware_py.records.event import Cause
 from tests.estimation.cases import TRUTH, VEHICLE
 from tests.estimation.flights import flown, learner, moments, said
 
@@ -29,6 +30,14 @@ def test_it_is_learned_and_the_coefficients_are_right_with_it() -> None:
     assert abs(x_G - SHIFT) < 4.0 * std < 0.5 * SHIFT
     assert {"M_q", "M_ds"} <= off.keys()
     assert max(off.values()) < 4.0
+
+
+def test_it_may_be_one_of_those_that_are_learned_and_told() -> None:
+    vehicle = learner(names=(*TEN, X_G), nuisances=("buoyancy",))
+    last = said(vehicle, moments(flown(x_G=SHIFT)))[-1]
+    assert abs(last.value[-1] - SHIFT) < 4.0 * last.std[-1] < 0.5 * SHIFT
+    assert (last.excited[-1], last.valid[-1]) == (True, True)
+    assert Cause.NOT_FINITE not in [part.cause for part in last.report]
 
 
 def test_without_it_nothing_of_the_planes_is_known() -> None:
