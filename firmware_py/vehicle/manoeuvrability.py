@@ -117,7 +117,8 @@ class ManoeuvrabilityModel:
         )
         gain = _turn_gain(vehicle, steering)
         gain_held = gain if held_steering == steering else _turn_gain(vehicle, held_steering)
-        turn = min([min(gain * a, gain_held * b) for a, b in zip(moved[1], damaged[1], strict=True)])
+        sides = zip(moved[1], damaged[1], strict=True)
+        turn = min([min(_curvature(gain, a), _curvature(gain_held, b)) for a, b in sides])
         authority, restoring = min(up, down), -pitch.A[0][1]
         up_left, down_left = (part / whole_ for part, whole_ in zip(damaged[0], self._sound[0], strict=True))
         return Manoeuvrability(
@@ -134,6 +135,11 @@ class ManoeuvrabilityModel:
 def _turn_gain(vehicle: Vehicle, steering: SteeringCoefficients) -> float:
     """Return the curvature of a steady turn by the rudder angle, 1/(m rad); infinite if the hull is not stable."""
     return abs(steady_turn(yaw_axis(vehicle, steering), _STABLE))
+
+
+def _curvature(gain: float, angle: float) -> float:
+    """Return the curvature of a steady turn by this rudder angle, rad, 1/m: none by none, however unstable the hull."""
+    return gain * angle if angle > 0.0 else 0.0
 
 
 def _speed(restoring: float, authority: float) -> float:

@@ -76,6 +76,15 @@ def test_a_sound_vehicle_is_limited_by_nothing_that_it_is_asked_for_today() -> N
     assert able.lost_height(0.3) == 0.0
 
 
+def test_a_hull_that_does_not_hold_its_course_does_not_turn_as_asked_without_rudders() -> None:
+    unstable = dataclasses.replace(VEHICLE, coefficients=dataclasses.replace(VEHICLE.coefficients, N_v=-0.1))
+    model = ManoeuvrabilityModel(unstable)
+    assert model.of(None, ()).turn == math.inf
+    lost = FinHealth(0.0)
+    able = model.of(None, plus(upper=lost, lower=lost))
+    assert (able.turn, able.turn_left, able.turn_radius) == (0.0, 0.0, math.inf)
+
+
 def test_half_an_axis_halves_what_is_left_whether_laws_know_of_it_or_not() -> None:
     model = ManoeuvrabilityModel(VEHICLE)
     whole = model.of(FILE, ())
