@@ -14,7 +14,7 @@ from sternplane.study.safety.mission import scenario
 from firmware_py.records.event import EventKind
 from firmware_py.records.health import ActuatorFault
 from sim_bridge.faults import effects
-from sim_bridge.faults.target import FaultTarget, Strike
+from sim_bridge.faults.target import Effect, FaultTarget, Strike
 from tests.straight_run import hold, mission, under_way
 
 FINS = ("stern_port", "stern_starboard", "rudder_upper", "rudder_lower")
@@ -103,7 +103,7 @@ def test_a_propeller_that_runs_away_unreported_is_named_by_the_speed_it_makes(
         run.shaft_override = 1000.0 / 60.0
         return lambda: None
 
-    monkeypatch.setitem(effects.EFFECTS, ("stuck", "propeller"), full_ahead)
+    monkeypatch.setitem(effects.EFFECTS, ("stuck", "propeller"), Effect(full_ahead))
     named, truth = flight(tmp_path, ["silent:esc@3", "stuck:propeller@10"], 60.0)
     (_, silent), (t, fault) = named.pop("propeller")
     assert (named, silent, fault) == ({}, ActuatorFault.SILENT, ActuatorFault.RUNAWAY)
