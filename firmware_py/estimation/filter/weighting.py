@@ -49,7 +49,8 @@ def share_with_neighbour(intensity: Vector, log_likelihood: Vector, best: int, w
     """Gives the filter beside the most likely one at least its share of what both weigh, if the sea is between them.
 
     Args:
-        intensity: of the eddies, rising, (filters,), m/s; of none, 0, half of the next one counts.
+        intensity: of the eddies, rising, (filters,), m/s; one below half of the next counts as that half: 0 has no
+            logarithm, and with 0.02 beside 0.05 at its own place, which is worth more below, sigma is too small above.
         log_likelihood: (filters,).
         best: the most likely one; the least and the greatest intensity have none beyond them, and share nothing.
         weights: changed, (filters,).
