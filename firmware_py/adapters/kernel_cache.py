@@ -12,7 +12,7 @@ from importlib import metadata
 from pathlib import Path
 
 from firmware_py.adapters.installation import ROOT, is_checkout
-from firmware_py.adapters.storage.atomic_file import write_atomically
+from firmware_py.adapters.storage.atomic_file import to_disk, write_atomically
 from firmware_py.params import ParamError
 
 PACKAGES = ("firmware_py", "sim_bridge", "sternplane")
@@ -74,7 +74,7 @@ def mark_complete(folder: Path, packages: Sequence[str] = PACKAGES) -> None:
     for name in packages:
         files = _files(folder, name)
         for path in (*files, *dict.fromkeys(path.parent for path in files)):
-            _to_disk(path)
+            to_disk(path)
         lines = (f"{path.stat().st_size} {path.relative_to(folder)}\n" for path in files)
         write_atomically(_marker_path(folder, name), ("".join(lines) or "\n").encode())
 
@@ -88,14 +88,6 @@ def drop_damaged(folder: Path, packages: Sequence[str] = PACKAGES) -> None:
     for name in packages:
         for path in (*_damaged(folder, name), *(path for path in _files(folder, name) if not path.stat().st_size)):
             path.unlink(missing_ok=True)
-
-
-def _to_disk(path: Path) -> None:
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 def _marker_path(folder: Path, package: str) -> Path:

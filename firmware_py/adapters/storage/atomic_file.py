@@ -1,4 +1,4 @@
-"""Writes files whole: whoever reads one at any time finds the old one or the new one."""
+"""Writes files whole: whoever reads one at any time finds the old one or the new one. Brings others to the disk."""
 
 from __future__ import annotations
 
@@ -32,3 +32,16 @@ def write_atomically(path: Path, content: bytes) -> None:
         os.fsync(folder)
     finally:
         os.close(folder)
+
+
+def to_disk(path: Path, *, data_only: bool = False) -> None:
+    """Bring what was written of a file, or the names of a folder, to the disk; with `data_only` not its times.
+
+    Raises:
+        OSError: the disk does not take it, or it is gone.
+    """
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fdatasync(descriptor) if data_only else os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

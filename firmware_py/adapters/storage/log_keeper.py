@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from firmware_py.adapters.storage.atomic_file import to_disk
 from firmware_py.adapters.storage.child_process import ChildProcess
 from firmware_py.adapters.storage.log_names import NamedLog, logs_below
 from firmware_py.adapters.storage.log_params import LogParams
@@ -132,11 +133,7 @@ class DiskSync:
 def _to_disk(path: Path, begun: bool) -> None:
     """Bring a log to the disk; at its begin its place in the folder too."""
     for one in (path, path.parent) if begun else (path,):
-        descriptor = os.open(one, os.O_RDONLY)
-        try:
-            os.fsync(descriptor) if begun else os.fdatasync(descriptor)
-        finally:
-            os.close(descriptor)
+        to_disk(one, data_only=not begun)
 
 
 def _say(sentence: str) -> None:
