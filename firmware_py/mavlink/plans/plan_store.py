@@ -23,7 +23,7 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.records.event import EventKind
 from firmware_py.records.fence import NO_FENCE, Fence, Place
 from firmware_py.records.limits import OperatingLimits
-from firmware_py.records.mission import MissionItem
+from firmware_py.records.mission import MissionItem, Surface
 from firmware_py.records.order import Change, FenceChange, MissionChange, Mode, RallyChange
 
 _CHECKS_PER_TICK = 4
@@ -233,12 +233,13 @@ class PlanStore:
             self.revalidation.start(self.steps, self.plans[MISSION].item_numbers, limits)
 
     def _notify_reached(self, before: int, step: int, missed: bool) -> None:
-        """Report the items reached between two steps, up to a jump; after a jump back the one before it.
+        """Report the items reached between two steps, up to a jump or the end; after a jump back the one before it.
 
         The first of them was given up if one was `missed`.
         """
         items, at = self.plans[MISSION].items, self.plans[MISSION].item_numbers
-        passed = at[before : step if step > before else before + 1]
+        last = next((i for i, one in enumerate(self.steps) if i >= before and isinstance(one, Surface)), len(at)) + 1
+        passed = at[before : min(step, last) if step > before else before + 1]
         for item in list(dict.fromkeys(passed))[missed:]:
             if items[item].command == _JUMP:
                 break

@@ -145,6 +145,21 @@ def test_an_item_that_is_given_up_is_not_reached() -> None:
     assert reached == [2]
 
 
+def test_what_is_behind_the_end_of_a_mission_is_not_reached() -> None:
+    vehicle = LinkedVehicle()
+    planner = Planner(vehicle)
+    planner.upload(home(item(north=10), item(LAND, x=0, y=0, z=0.0), item(north=20), item(north=30)))
+    planner.step()
+    reached = []
+    for k in range(200):
+        now = cycle(vehicle.k + k, Mode.MISSION)
+        now = dataclasses.replace(now, reference=dataclasses.replace(now.reference, item=4 if k >= 100 else 0))
+        for datagram in vehicle.node.report(now):
+            found = mavlink.MAVLink(None).parse_buffer(datagram) or []
+            reached += [m.seq for m in found if m.get_type() == "MISSION_ITEM_REACHED"]
+    assert reached == [1, 2]
+
+
 @pytest.mark.parametrize(("seq", "jump"), [(1, 0), (2, 1), (3, 1), (0, 0)])
 def test_an_item_that_is_set_is_flown_next(seq: int, jump: int) -> None:
     vehicle = LinkedVehicle()
