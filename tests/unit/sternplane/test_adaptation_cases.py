@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from sternplane.study.adaptation import other_wrong, rivals, steps, straight
 from sternplane.study.adaptation.courses import halved, slow_turns, track
+from sternplane.study.adaptation.flight import Errors
 from sternplane.study.adaptation.rivals import ADAPTIVE, FIXED, ORACLE, PID, SHIPPED_PID
 from sternplane.study.cases.honesty import signs
 from sternplane.study.rows import RunArrays
@@ -156,3 +157,13 @@ def test_what_is_not_learned_is_wrong_and_the_ten_are_right_on_the_first_hull(tm
         assert bool(first) != ("nothing" in name), name
         scenario = loaded(tmp_path, track().scenario.format(adoption="true") + overlay(first))
         assert scenario.vehicle_factors == first, name
+
+
+def test_a_straight_flight_that_ends_while_it_still_learns_meets_no_target(monkeypatch: pytest.MonkeyPatch) -> None:
+    seconds = np.arange(3.0)
+    errors = Errors(seconds, seconds, seconds, seconds, math.inf, completed=False)
+    monkeypatch.setattr(straight, "flown_as", lambda *_, **__: errors)
+    case = straight.CASES[0]
+    rows = [row for row in case.evaluate([case.run(1000, 0)]).rows if row.target is not None]
+    assert len(rows) == 3
+    assert not any(row.ok for row in rows)

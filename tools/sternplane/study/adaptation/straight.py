@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -32,6 +33,7 @@ WRONG, LEARNS = 0.5, 120.0
 """How far off the file is, and for how long the track teaches, s."""
 MOVES = 0.02
 """What coefficients and gains may move by in the hour."""
+_COEFFICIENTS, _GAINS = len(DivingCoefficients._fields) + len(SteeringCoefficients._fields), 6
 _SWAY = 3
 """Of the six gains, the one of sway: k and the slope of the switching term all but cancel there."""
 _SETTLES = 20.0
@@ -85,14 +87,18 @@ def _run(seed: int, k: int, duration: float) -> RunArrays:
     course = straight(duration)
     witness = AdoptionWitness(course.settled)
     errors = flown_as(course, seed, coefficients(starts(seed, WRONG)), adoption=True, witness=witness)
+    figures = errors.figures(course.settled)
+    found = {
+        "failed": np.array(float(errors.failed)),
+        "errors": np.array([figures["depth"], figures["heading"]]),
+    }
+    if not witness.in_force:  # the flight ended while it still learned: it meets no target
+        return found | {"coefficients": np.full(_COEFFICIENTS, math.inf), "gains": np.full(_GAINS, math.inf)}
     in_force = np.array(witness.in_force)
     gains = np.array([_layer_gains(row) for row in in_force[:: max(len(in_force) // 100, 1)].tolist()])
-    figures = errors.figures(course.settled)
-    return {
-        "failed": np.array(float(errors.failed)),
+    return found | {
         "coefficients": np.max(np.abs(in_force / in_force[0] - 1.0), axis=0),
         "gains": np.max(np.abs(gains / gains[0] - 1.0), axis=0),
-        "errors": np.array([figures["depth"], figures["heading"]]),
     }
 
 
