@@ -95,6 +95,8 @@ def _value(text: str, kind: Kind, target: str, written: str | None) -> float:
     if not unit:
         raise ParamError(f"fault {quoted(text)}: {kind.name}:{target} takes no value")
     value = float(written)
+    if math.isinf(value):
+        raise ParamError(f"fault {quoted(text)}: VALUE is {written}; write a number that a double can hold")
     if not kind.low <= value <= kind.high:
         raise ParamError(f"fault {quoted(text)}: {value:g} {unit} is not within {kind.low:g} ... {kind.high:g}")
     si: float = to_si(value, UNITS[unit][1]) if unit in UNITS else value

@@ -61,7 +61,7 @@ class FaultInjector:
         self._seed = seed
         plant_s = [fault for fault in faults if not fault.kind.aboard]
         refuse_absent(plant_s, self._fins, sensors, None if nodes is None else nodes.nodes)
-        self._pending = sorted(plant_s, key=lambda fault: fault.t, reverse=True)
+        self._pending = sorted(plant_s, key=lambda fault: fault.t)[::-1]  # of one time, the first written is the first
         self._ends: list[tuple[float, End]] = []
         self._overlaps: defaultdict[tuple[str, str], Overlap] = defaultdict(Overlap)
         self.next_t = self._next()

@@ -56,6 +56,8 @@ def test_a_fault_is_read_in_the_units_of_its_target():
         ("drift:pressure@1", "how much[?] write drift:pressure=VALUE@T, VALUE in m per second$"),
         ("off:dvl=3@1", "off:dvl takes no value"),
         ("lossy:bus=101@1", "101 % is not within 0 [.][.][.] 100"),
+        ("bias:pressure=1e999@1", "VALUE is 1e999; write a number that a double can hold$"),
+        ("noise:dvl.u=1e999@1", "VALUE is 1e999"),
         ("jam:rudder_upper=91@1", "91 deg is not within"),
         ("jam:rudder_upper=nan@1", "VALUE is 'nan'; VALUE must be a plain number in deg, without unit$"),
         ("bias:ahrs.pitch=5deg@60", "VALUE is '5deg'; VALUE must be a plain number in deg, without unit$"),
@@ -272,6 +274,11 @@ def fins_force(plant):
             ("jam:F=10@10+20", "hard-over:F@15+30"),
             lambda run: run.override([0.0] * 4, 0.0)[0][0],
             {12: math.radians(10.0), 20: 10.0, 35: 10.0, 50: 0.0},
+        ),
+        (
+            ("jam:F=10@10", "jam:F=-20@10+20"),
+            lambda run: math.degrees(run.override([0.0] * 4, 0.0)[0][0]),
+            {9: 0.0, 12: pytest.approx(-20.0), 35: pytest.approx(10.0)},
         ),
         (
             ("stuck:propeller@10+20", "stuck:propeller@15+30"),
