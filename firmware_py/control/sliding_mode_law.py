@@ -49,14 +49,19 @@ class SlidingModeLaw:
         """Return the fin angle (rad, within +-`limit`) and sigma: Eq. 25 (`control_law`) minus the trim angle.
 
         trim_dot = eta sigma / (phi_b s'b integral_time): the slope of the switching term at sigma = 0, over the
-        integral's time. Anti-windup: the trim is held outside the boundary layer and at the fin's limit.
+        integral's time. Anti-windup: outside the boundary layer, and at the fin's limit, the trim grows no further. It
+        does become less there, as fast as at the layer's edge: a trim that is wrong, as one that was found at the
+        surface, is more than the switching term can do, and the vehicle would never come back into the layer.
         """
         design, gains = self._design, self._gains
         delta, sigma = control_law(design, error, delta_ff)
         delta -= self._trim
-        if gains.integral_time > 0.0 and -limit < delta < limit and abs(sigma) < design.phi_b:
+        if gains.integral_time > 0.0:
             slope = design.eta / (design.phi_b * design.s_b * gains.integral_time)
-            self._trim = clip(self._trim + dt * slope * sigma, -gains.trim_max, gains.trim_max)
+            step = dt * slope * clip(sigma, -design.phi_b, design.phi_b)
+            inside = -limit < delta < limit and abs(sigma) < design.phi_b
+            if inside or step * self._trim < 0.0:
+                self._trim = clip(self._trim + step, -gains.trim_max, gains.trim_max)
         return clip(delta, -limit, limit), sigma
 
     def _design_for(self, model: LinearModel, speed_ratio: float, caution: float) -> SlidingDesign:

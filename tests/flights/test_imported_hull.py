@@ -63,3 +63,18 @@ def test_the_pid_of_a_small_hull_has_gains_of_its_size(tmp_path: Path) -> None:
     assert summary["fin_travel_deg_s"] < 1.5
     assert summary["heading_tracking_error_rms_deg"] < 1.6
     assert summary["depth_tracking_error_rms_m"] < 0.15
+
+
+def test_a_buoyant_hull_dives_and_keeps_its_depth(tmp_path: Path) -> None:
+    """Prestero gives 306 N of buoyancy for 299 N of weight. It lies long at the surface; then it was lost 13 m below."""
+    table, hull, run = tmp_path / "buoyant.csv", tmp_path / "hull", tmp_path / "run"
+    published = TABLE.read_text()
+    assert published.count("B,302.3,N") == 1
+    table.write_text(published.replace("B,302.3,N", "B,306,N"))
+    assert main(["vehicle", "import", str(table), "--out", str(hull)]) == 0
+    scenario = tmp_path / "dive.toml"
+    text = (hull / "first_flight.toml").read_text()
+    scenario.write_text(text.replace("duration_s = 330.0", "duration_s = 100.0").replace('"surfaced"', '"time"'))
+    words = ["--scenario", str(scenario), "--out", str(run), "--no-report", "--set"]
+    assert main(["sitl", "--config", str(hull), *words, "autopilot.control.adoption.enabled=false"]) == 0
+    assert json.loads((run / "summary.json").read_text())["depth_tracking_error_rms_m"] < 1.0

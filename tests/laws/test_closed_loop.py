@@ -187,3 +187,23 @@ def test_planes_are_not_held_against_the_righting_moment(u: float) -> None:
     held, on_the_surface = law.update((0.0, pitch, sigma), 0.0, 10.0, 0.01)  # sigma's last entry is -1
     assert on_the_surface == pytest.approx(0.0, abs=1e-12)
     assert held <= 1e-9
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_trim_that_is_wrong_is_forgotten_outside_the_boundary_layer_and_one_that_is_right_grows_no_further(
+    sign: float,
+) -> None:
+    law = SlidingModeLaw(OWN.depth, diving_model(VEHICLE, 1.8288), -1.0)
+    far = (0.0, 0.0, sign * 50.0)  # too deep or too high by so much, m
+    wrong = -sign * OWN.depth.trim_max  # it takes away from what the switching term does
+
+    def after(trim: float, seconds: float) -> float:
+        law.thaw(trim)
+        for _ in range(round(100 * seconds)):
+            law.update(far, 0.0, 10.0, 0.01)
+        return law.freeze()
+
+    assert OWN.depth.trim_max < OWN.depth.delta_sw
+    assert after(wrong, 1.0) != wrong
+    assert after(wrong, OWN.depth.integral_time) == pytest.approx(0.0, abs=math.radians(0.05))
+    assert after(-wrong, OWN.depth.integral_time) == -wrong
