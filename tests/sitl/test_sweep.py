@@ -29,6 +29,7 @@ from sternplane.sweep.planning import planned
 from firmware_py.app import build
 from firmware_py.run.usage_error import UsageError
 from tests.command import called
+from tests.in_process import Here
 from tests.shared_flights import BRIEF
 from tests.sitl.conftest import Start
 
@@ -36,16 +37,6 @@ pytest.importorskip("pyarrow")
 WORDS = ("sweep", "--scenario", "brief.toml", "--vary", "vehicle.M_q=±20%", "--vary", "truth.current=0..0.3")
 WORDS += ("--law", "sliding,pid", "--n", "3", "--no-report", "--worst", "0")
 FLIGHTS = 6
-
-
-class Here:
-    """Flies in this process: what comes of a flight does not hang on where it is flown."""
-
-    def __init__(self, size: int = 1) -> None:
-        self.size = size
-
-    def results(self, work, jobs):
-        yield from [(job, work(*arguments)) for job, arguments in reversed(list(jobs))]
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.stats import binom, chi2, norm
+from sternplane.campaign import engine
 from sternplane.campaign.files import file_name
 from sternplane.campaign.seeds import seeds_of
 from sternplane.cli import main
@@ -38,6 +39,7 @@ from sternplane.study.shipped_filter import shipped
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.params import load
 from firmware_py.reconfiguration import AutopilotParams
+from tests.in_process import Here
 
 PAPER = exact.CASES[1]
 FILE = "autopilot.toml"
@@ -221,6 +223,7 @@ def test_a_study_that_was_broken_off_or_grows_makes_only_the_runs_that_are_missi
     case = Case("counted: a / b", "", _counted, _shown, 9, 9 - 1)
     monkeypatch.setenv("COUNTED", str(made))
     monkeypatch.setattr(command, "ESTIMATION", Study("t", "d", [case]))
+    monkeypatch.setattr(engine, "LocalCrew", Here)
 
     def study(seeds: str) -> tuple[set[str], bytes]:
         made.write_text("")

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sternplane.campaign import engine
 from sternplane.cli import main
 from sternplane.sitl.flight import FlightRequest
 from sternplane.sitl.taken_settings import beside
@@ -21,6 +22,7 @@ from sternplane.study.rows import Case, Results, Row, RunArrays, Study
 from sternplane.study.shipped_filter import shipped
 
 from firmware_py.params import ParamError
+from tests.in_process import Here
 
 
 def _filtered(seed: int, k: int) -> RunArrays:
@@ -51,8 +53,9 @@ def test_what_is_set_holds_for_runs_and_judge_and_stands_in_results_and_page(ask
 
 
 def test_a_folder_goes_on_with_its_own_settings_alone(
-    asks: None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    asks: None, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(engine, "LocalCrew", Here)
     words = ["study", "estimation", "--seeds", "0:2", "--out", str(tmp_path)]
     (tmp_path / FOLDER).mkdir()
     (tmp_path / FOLDER / "set.0.0.npz").touch()  # of a version that noted no settings: it took none
@@ -65,7 +68,10 @@ def test_a_folder_goes_on_with_its_own_settings_alone(
     assert json.loads((tmp_path / "results.json").read_text())["settings"] == {}
 
 
-def test_no_report_leaves_the_results_alone(asks: None, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_no_report_leaves_the_results_alone(
+    asks: None, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(engine, "LocalCrew", Here)
     assert main.main(["study", "estimation", "--seeds", "0:2", "--no-report", "--out", str(tmp_path)]) == 0
     assert (tmp_path / "results.json").exists()
     assert not (tmp_path / "report.html").exists()
