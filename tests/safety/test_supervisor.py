@@ -34,6 +34,8 @@ ARM = Order(arming=Arming.ARM)
 DISARM = Order(arming=Arming.DISARM)
 FORCE = Order(arming=Arming.FORCE_DISARM)
 STATE = StateEstimate(Eta(0, 0, 5, 0, 0, 0), Nu(1, 0, 0, 0, 0, 0), 1, 0.1, 0.1, 20.0, True, True, True, False)
+LEVEL, CHARGED = Ahrs(0, 0, 0, 0, 0, 0), Battery(48.0, 1.0, 0.8)
+NEVER = never(math.nan)
 NEVER_DVL = never(Dvl(*[math.nan] * 5))
 NEVER_FIX = never(Fix(*[math.nan] * 3))
 
@@ -54,21 +56,24 @@ class SupervisedVehicle:
         self.mode = Mode.DISARMED
         self.events: tuple[str, ...] = ()
         self.answer = ModeState(Mode.DISARMED, False, 0)
+        self._state: dict[str, Any] = {}
+        self._estimate = STATE
 
     def frame(self, **parts: Any) -> SensorFrame:
         t = Tick(self.k, DT_NS).t
-        good = SensorFrame(
-            ahrs=Heard(Ahrs(0, 0, 0, 0, 0, 0), t, True, True),
-            dvl=NEVER_DVL,
-            pressure=Heard(1.5e5, t, True, True),
-            altitude=never(math.nan),
-            fix=NEVER_FIX,
-            fins=(Heard(0.0, t, True, True),) * (len(self.fins) or 4),
-            n=Heard(0.0, t, True, True),
-            battery=Heard(Battery(48.0, 1.0, 0.8), t, True, True),
-            leak=Heard(0.3, t, True, True),
-        )
-        return replace(good, **parts)
+        straight = Heard(0.0, t, True, True)
+        good = {
+            "ahrs": Heard(LEVEL, t, True, True),
+            "dvl": NEVER_DVL,
+            "pressure": Heard(1.5e5, t, True, True),
+            "altitude": NEVER,
+            "fix": NEVER_FIX,
+            "fins": (straight,) * (len(self.fins) or 4),
+            "n": straight,
+            "battery": Heard(CHARGED, t, True, True),
+            "leak": Heard(0.3, t, True, True),
+        }
+        return SensorFrame(**(good | parts))
 
     def tick(
         self, order: Order = NO_ORDER, *, done: bool = False, late_ns: int = 0, frame: Any = None, **state: Any
@@ -77,9 +82,11 @@ class SupervisedVehicle:
         actuators, reference = state.pop("actuators", sound(len(self.fins))), state.pop("reference", None)
         left = state.pop("left", UNLIMITED)
         eta = STATE.eta._replace(z=z, theta=state.pop("theta", 0.0))
-        now = replace(STATE, eta=state.pop("eta", eta), **state)
+        state = {"eta": eta} | state
+        if state != self._state:
+            self._state, self._estimate = state, replace(STATE, **state)
         tick = Tick(self.k, DT_NS, late_ns)
-        seen = tick, self.frame(**(frame or {})), now, actuators
+        seen = tick, self.frame(**(frame or {})), self._estimate, actuators
         self.answer = self.supervisor.update(*seen, order, done, reference, left)
         self.mode, self.k = self.answer.mode, self.k + 1
         self.events = tuple(texts(self.supervisor.events))
