@@ -24,7 +24,7 @@ def test_the_reference_of_every_key_is_up_to_date() -> None:
 
 def test_the_small_scenario_flies_and_a_later_order_keeps_what_it_does_not_name() -> None:
     scenario = {**tomllib.loads(configuration_reference.SCENARIO), "duration_s": 89.0}
-    flight = sternplane.fly(scenario, set={"autopilot.control.adoption.enabled": False})
+    flight = sternplane.fly(scenario, set={"autopilot.estimation.learning.enabled": False})
     c = flight.recording.columns
     depth, heading = c["reference.z_d"][-1], np.degrees(c["reference.psi_d"][-1])
     assert flight.completed
