@@ -145,7 +145,7 @@ def mission(tmp_path_factory) -> tuple[Planner, Log]:
         at(TURNS, 150, 90, 8.0, 1.0, 0, -25),
         at(RETURN, 0, 0),
     ]
-    planner = Planner({1.0: items, 2.0: [at(RALLY_POINT, 60, 90, kind=RALLY)], 3.0: command(START, 0, 0)})
+    planner = Planner({1.0: items, 2.0: [at(RALLY_POINT, 100, 90, kind=RALLY)], 3.0: command(START, 0, 0)})
     return planner, flown(tmp_path_factory.mktemp("mission"), planner, 330.0, "surfaced")
 
 
@@ -160,7 +160,7 @@ def test_a_mission_that_came_over_mavlink_is_flown_item_by_item_to_a_rally_point
     assert [*flown[np.flatnonzero(np.diff(flown, prepend=-1))]] == [0, 1, 2, 5, 6, 7]
     surfacing = np.flatnonzero(mode == Mode.SURFACE)[0]
     x, y = (log.columns[f"state.eta.{axis}"] for axis in "xy")
-    assert math.hypot(x[surfacing] - 60.0, y[surfacing] - 90.0) < 6.0
+    assert math.hypot(x[surfacing] - 100.0, y[surfacing] - 90.0) < 6.0
     summary = summarise(log)  # of this mission, which the log does not begin with
     assert (summary["waypoints_passed"], summary["waypoints_total"]) == (4, 4)
     assert summary["path_error_rms_m"] is not None
@@ -183,9 +183,9 @@ def test_a_leg_above_the_bottom_and_a_circle_are_where_they_should_be(mission) -
 
 def test_stations_are_shown_how_far_the_current_item_is(mission) -> None:
     planner, _ = mission
-    for item, x, y in ((0, 50, 0), (1, 120, 0), (2, 150, 40), (5, 150, 90), (6, 60, 90)):
+    for item, x, y in ((0, 50, 0), (1, 120, 0), (2, 150, 40), (5, 150, 90), (6, 100, 90)):
         assert planner.seen(Mode.MISSION, item, x, y), item
-    assert planner.seen(Mode.SURFACE, -1, 60, 90)
+    assert planner.seen(Mode.SURFACE, -1, 100, 90)
     assert {said[4] for said in planner.targets if said[0] is Mode.HOLD} == {0}
 
 
