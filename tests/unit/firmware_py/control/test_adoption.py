@@ -36,6 +36,7 @@ HEADING = SteeringCoefficients._fields
 POLES = ((-0.4, -0.45), (-0.45, -0.5))
 DT_NS, DT, U = 10_000_000, 0.01, 1.8
 SOUND = (SOUND_FIN,) * 4
+SILENT = silence(4)
 SURE, UNSURE = 0.02, 0.7
 """1 sigma of what is learned, of its size in the file."""
 
@@ -62,18 +63,19 @@ class AdoptingVehicle:
         held: tuple[bool, bool] = (False, False),
     ) -> Adopted:
         """Let time pass while this is learned, with what is left of the fins as it is known, and what of it is held."""
+        (diving, planes), (steering, rudder) = (map(np.array, (m.A, m.b)) for m in (self.diving, self.steering))
         for _ in range(round(seconds / DT)):
             t = self.k * DT
             delta = 0.15 * math.copysign(1.0, math.sin(t / 1.7)), 0.15 * math.copysign(1.0, math.sin(t / 2.3))
-            self.x += DT * (np.array(self.diving.A) @ self.x + np.array(self.diving.b) * delta[0])
-            self.y += DT * (np.array(self.steering.A) @ self.y + np.array(self.steering.b) * delta[1])
+            self.x += DT * (diving @ self.x + planes * delta[0])
+            self.y += DT * (steering @ self.y + rudder * delta[1])
             noise = self.noise.normal(0.0, 1e-3, 2)
             q, r = float(self.x[0] + noise[0]), float(self.y[1] + noise[1])
             eta = Eta(0.0, 0.0, 10.0, 0.0, float(self.x[1]), 0.0)
             flags = {"attitude_ok": True, "depth_ok": True, "velocity_ok": True, "leak": False}
             state = StateEstimate(eta, Nu(U, 0.0, 0.0, 0.0, q, r), 0.0, 0.0, 0.0, 30.0, **flags, learned=learned)
             fins = (delta[0], delta[0], delta[1], delta[1])
-            frame = replace(silence(4), fins=tuple(Heard(angle, t, True, True) for angle in fins))
+            frame = replace(SILENT, fins=tuple([Heard(angle, t, True, True) for angle in fins]))
             applied = Applied(fins, 8.0, True, False)
             self.adopted = self.adoption.update(Tick(self.k, DT_NS), frame, state, applied, left, False, held)
             self.events += self.adoption.events
@@ -334,7 +336,7 @@ def told(adoption: Adoption, ticks: int, what: Learned, armed: bool, asked: bool
     events: list[Any] = []
     for k in range(ticks):
         applied = Applied((0.0,) * 4, 0.0, armed, False)
-        adoption.update(Tick(k, DT_NS), silence(4), state, applied, asked=asked)
+        adoption.update(Tick(k, DT_NS), SILENT, state, applied, asked=asked)
         events += [event for event in adoption.events if event.kind is EventKind.MODEL_CHANGED]
     return texts(events)
 

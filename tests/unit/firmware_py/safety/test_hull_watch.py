@@ -38,6 +38,7 @@ PING = 20
 """Ticks from one ping to the next."""
 NONE, WEAK, LOST = ActuatorFault.NONE, ActuatorFault.WEAK, ActuatorFault.LOST
 UPPER = 2
+SILENT = silence(4)
 GONE = SourceHealth(SourceState.LOST, SourceFault.SILENT)
 
 
@@ -96,12 +97,13 @@ class Yawing:
             gyro = Ahrs(0.0, 0.0, 0.0, 0.0, 0.0, rate + GYRO_STD * self.random.standard_normal())
             upper = Heard(0.0, -math.inf, False, False) if self.mute else Heard(rudder, t, True, True)
             angles = (*[Heard(0.0, t, True, True)] * 2, upper, Heard(lower, t, True, True))
-            frame = dataclasses.replace(silence(4), ahrs=Heard(gyro, t, True, True), fins=angles)
+            heard: dict[str, Heard] = {"ahrs": Heard(gyro, t, True, True)}
             over_ground = self.v + self.current
             if u == SPEED and not self.deaf:
                 noise = 0.01 * self.random.standard_normal()
                 ping = Heard(Dvl(u, over_ground + noise, 0.0, 0.02, 30.0), t, self.k % PING == 0, True)
-                frame, water = dataclasses.replace(frame, dvl=ping), (STILL,)
+                heard["dvl"], water = ping, (STILL,)
+            frame = dataclasses.replace(SILENT, fins=angles, **heard)
             nu, eta = Nu(SPEED, over_ground, 0.0, 0.0, 0.0, self.r), Eta(0.0, 0.0, 10.0, 0.0, 0.0, 0.0)
             state = StateEstimate(eta, nu, 0.0, 0.0, 0.0, 30.0, True, True, True, False)
             if self.lost:
