@@ -108,7 +108,7 @@ def autopilot(vehicle: Vehicle, simulated: Truth) -> dict[str, Any]:
                 "k_i_rpm_s": _round(between(0.029, 0.051, T) * n / U),
             },
             "depth": {
-                "poles_1_s": [-between(0.4, 0.8, T), -between(0.45, 0.9, T)],
+                "poles_1_s": [-between(0.4, 1.5, T), -between(0.45, 1.7, T)],
                 "delta_sw_rad": between(0.4, 0.2, T),
                 "bandwidth_1_s": between(0.9, 2.0, T),
                 "climb_bias_time_s": between(8.0, 4.0, T),
