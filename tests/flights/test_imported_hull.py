@@ -66,7 +66,7 @@ def test_the_pid_of_a_small_hull_has_gains_of_its_size(tmp_path: Path) -> None:
 
 
 def test_a_buoyant_hull_dives_and_keeps_its_depth(tmp_path: Path) -> None:
-    """Prestero gives 306 N of buoyancy for 299 N of weight. It lies long at the surface; then it was lost 13 m below."""
+    """Prestero gives 306 N of buoyancy for 299 N of weight. It lay long at the surface, then was lost 13 m below."""
     table, hull, run = tmp_path / "buoyant.csv", tmp_path / "hull", tmp_path / "run"
     published = TABLE.read_text()
     assert published.count("B,302.3,N") == 1

@@ -1,4 +1,4 @@
-"""The hull heaves, and the depth law's model does not: outside the boundary layer, where only k acts, pitch fades too."""
+"""The hull heaves, and the depth law does not know: outside the boundary layer, where only k acts, pitch fades too."""
 
 from __future__ import annotations
 
