@@ -27,18 +27,21 @@ class PlaneJam(enum.IntEnum):
 
 
 class Planes:
-    """The effect of each fin on pitch: `shares` on delta_s (positive: bow down), `limits` of the angles, rad."""
+    """The effect of each fin on pitch: `shares` on delta_s (positive: bow down), `limits` of the angles, rad.
 
-    def __init__(self, shares: Sequence[float], limits: Sequence[float]) -> None:
-        self._fins = tuple(zip(shares, limits, strict=True))
+    A report that is older than `timeout`, s, counts no longer.
+    """
+
+    def __init__(self, shares: Sequence[float], limits: Sequence[float], timeout: float) -> None:
+        self._fins, self._timeout = tuple(zip(shares, limits, strict=True)), timeout
 
     def jam(
-        self, faults: Sequence[ActuatorFault], angles: Sequence[Heard[float]], left: Sequence[FinHealth] = ()
+        self, t: float, faults: Sequence[ActuatorFault], angles: Sequence[Heard[float]], left: Sequence[FinHealth] = ()
     ) -> PlaneJam:
-        """Return what the fins do that are jammed or hard over.
+        """Return what the fins do at the time `t`, s, that are jammed or hard over.
 
         An angle that is neither reported nor known by what is `left` of a fin counts as the worst; one beyond
-        the stall counts as that there.
+        the stall counts as that there. A fin that fell silent may have jammed elsewhere than where it last reported.
         """
         if not self._fins or not any(faults):
             return PlaneJam.NONE
@@ -49,7 +52,8 @@ class Planes:
             if fault not in (ActuatorFault.JAMMED, ActuatorFault.HARD_OVER):
                 authority += 0.0 if fault is ActuatorFault.LOST else reach
                 continue
-            angle = clip(heard.value if heard.ok and math.isfinite(heard.value) else stuck, -_STALL, _STALL)
+            reported = heard.usable(t, self._timeout) and math.isfinite(heard.value)
+            angle = clip(heard.value if reported else stuck, -_STALL, _STALL)
             if angle == angle:
                 least, greatest = least + share * angle, greatest + share * angle
             else:
@@ -57,7 +61,3 @@ class Planes:
         if greatest > _RESERVE * authority and greatest > 0.0:
             return PlaneJam.DOWN
         return PlaneJam.UP if -least > _RESERVE * authority else PlaneJam.NONE
-
-
-NO_PLANES = Planes((), ())
-"""Of a vehicle whose fins are not known."""

@@ -77,7 +77,7 @@ class Supervisor:
         self._fin_names = tuple(fin.name for fin in fins)
         self._sound = sound(len(fins))
         self._ascent = Ascent(params, drop_weight, surface_speed)
-        self._planes = Planes([fin.s for fin in fins], [fin.limit for fin in fins])
+        self._planes = Planes([fin.s for fin in fins], [fin.limit for fin in fins], params.actuators.timeout)
         self._enforcement = Enforcement(params)
         self._off = tuple(switched_off(params)) + (() if integrity else ("estimation.integrity.enabled",))
         self._memory = beginning(self._sound)
@@ -268,7 +268,7 @@ class Supervisor:
             asker = seen.order.asker if release is _ORDERED else NOBODY
             self.events += tuple([replace(event, asker=asker) for event in told])
         if mode is Mode.SURFACE:
-            jam = self._planes.jam(seen.actuators.fins, seen.frame.fins, seen.actuators.left)
+            jam = self._planes.jam(seen.tick.t, seen.actuators.fins, seen.frame.fins, seen.actuators.left)
             view = view_of(seen.tick, seen.state, jam, weight, c, too_low(c, self._params))
             ascent, told = self._ascent.update(ascent, view)
             self.events += told

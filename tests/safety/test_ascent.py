@@ -354,6 +354,9 @@ def angles(*degrees: float) -> tuple[Heard[float], ...]:
     return tuple(Heard(math.radians(d), 0.0, True, not math.isnan(d)) for d in degrees)
 
 
+TIMEOUT = 1.0
+
+
 NONE, JAMMED, LOST, SILENT = ActuatorFault.NONE, ActuatorFault.JAMMED, ActuatorFault.LOST, ActuatorFault.SILENT
 
 
@@ -374,25 +377,45 @@ NONE, JAMMED, LOST, SILENT = ActuatorFault.NONE, ActuatorFault.JAMMED, ActuatorF
 def test_what_stuck_planes_do_beyond_what_the_others_can(
     faults: tuple[ActuatorFault, ...], at: tuple[float, ...], jam: PlaneJam
 ) -> None:
-    planes = Planes((0.5, 0.5, 0.0, 0.0), (math.radians(23.0),) * 4)
-    assert planes.jam(faults, angles(*at)) is jam
+    planes = Planes((0.5, 0.5, 0.0, 0.0), (math.radians(23.0),) * 4, TIMEOUT)
+    assert planes.jam(0.0, faults, angles(*at)) is jam
 
 
 def test_a_stuck_plane_that_reports_nothing_is_where_its_motion_shows() -> None:
-    planes, faults = Planes((0.5, 0.5, 0.0, 0.0), (math.radians(23.0),) * 4), (JAMMED, NONE, NONE, NONE)
+    planes, faults = Planes((0.5, 0.5, 0.0, 0.0), (math.radians(23.0),) * 4, TIMEOUT), (JAMMED, NONE, NONE, NONE)
     at = [FinHealth(1.0, math.radians(angle)) for angle in (10.0, 22.0)]
-    jams = [planes.jam(faults, angles(math.nan, 0.0, 0.0, 0.0), (one, *[SOUND_FIN] * 3)) for one in at]
+    jams = [planes.jam(0.0, faults, angles(math.nan, 0.0, 0.0, 0.0), (one, *[SOUND_FIN] * 3)) for one in at]
     assert jams == [PlaneJam.NONE, PlaneJam.DOWN]
 
 
+@pytest.mark.parametrize(
+    ("age", "known", "jam"),
+    [
+        (TIMEOUT, math.nan, PlaneJam.UP),
+        (TIMEOUT + 0.01, math.nan, PlaneJam.DOWN),  # not known where
+        (TIMEOUT + 0.01, math.radians(23.0), PlaneJam.DOWN),
+        (TIMEOUT + 0.01, math.radians(-23.0), PlaneJam.UP),
+    ],
+)
+def test_where_planes_were_before_they_fell_silent_does_not_tell_where_they_jammed(
+    age: float, known: float, jam: PlaneJam
+) -> None:
+    """They had reported -0.5 deg, jammed at 23 deg half a minute later, and counted as bow up: it went aground."""
+    planes = Planes((0.5, 0.5, 0.0, 0.0), (math.radians(23.0),) * 4, TIMEOUT)
+    left = (*[FinHealth(1.0, known)] * 2, *[SOUND_FIN] * 2)
+    assert planes.jam(age, (JAMMED, JAMMED, NONE, NONE), angles(-0.5, -0.5, 0.0, 0.0), left) is jam
+
+
 def test_a_stuck_plane_counts_for_no_more_than_it_can_do_where_it_stalls() -> None:
-    planes, stuck = Planes((0.5, 0.25, 0.25, 0.25), (math.radians(45.0),) * 4), (JAMMED, NONE, NONE, NONE)
-    assert planes.jam(stuck, angles(25.0, 0.0, 0.0, 0.0)) is PlaneJam.NONE
-    far = [planes.jam(faults, angles(at, -at, 0.0, 0.0)) for at in (45.0, 6e4) for faults in (stuck, (JAMMED,) * 4)]
+    planes, stuck = Planes((0.5, 0.25, 0.25, 0.25), (math.radians(45.0),) * 4, TIMEOUT), (JAMMED, NONE, NONE, NONE)
+    assert planes.jam(0.0, stuck, angles(25.0, 0.0, 0.0, 0.0)) is PlaneJam.NONE
+    both = stuck, (JAMMED,) * 4
+    far = [planes.jam(0.0, faults, angles(at, -at, 0.0, 0.0)) for at in (45.0, 6e4) for faults in both]
     assert far[:2] == far[2:]
-    many = Planes((0.5,) * 4, (math.radians(45.0),) * 4)
-    assert many.jam(stuck, angles(6e4, 0.0, 0.0, 0.0)) is PlaneJam.NONE
-    assert many.jam(stuck, angles(math.nan, 0.0, 0.0, 0.0), (FinHealth(1.0, 6e4), *[SOUND_FIN] * 3)) is PlaneJam.NONE
+    many = Planes((0.5,) * 4, (math.radians(45.0),) * 4, TIMEOUT)
+    assert many.jam(0.0, stuck, angles(6e4, 0.0, 0.0, 0.0)) is PlaneJam.NONE
+    unheard, at = angles(math.nan, 0.0, 0.0, 0.0), (FinHealth(1.0, 6e4), *[SOUND_FIN] * 3)
+    assert many.jam(0.0, stuck, unheard, at) is PlaneJam.NONE
 
 
 @pytest.mark.parametrize("depth_rate", [0.0, -0.04])
