@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from firmware_py.records.event import Cause, Event, EventKind, event
 from firmware_py.records.order import Arming, Mode, Order
 
@@ -60,6 +62,18 @@ def mode_chosen(order: Order, before: Mode, has_mission: bool) -> tuple[Mode, tu
     if why is not Cause.NONE:
         return before, (event(EventKind.MODE_REFUSED, why, after=asked, asker=order.asker),)
     return asked, (event(EventKind.MODE_CHOSEN, after=asked, asker=order.asker),)
+
+
+def without_disarming(order: Order, depth: float) -> tuple[Order, tuple[Event, ...]]:
+    """Return an order to a vehicle that began under water and may have to come up, and what is to be said.
+
+    Disarmed as it is, an order to disarm would leave it there: unforced it is refused, as in flight. `depth` is in m,
+    NaN if it is not known.
+    """
+    if order.arming is Arming.FORCE_DISARM or not (order.arming is Arming.DISARM or order.mode is Mode.DISARMED):
+        return order, ()
+    refused = event(EventKind.MODE_REFUSED, Cause.UNDER_WATER, (depth,), after=Mode.DISARMED, asker=order.asker)
+    return replace(order, arming=Arming.KEEP, mode=None), (refused,)
 
 
 def in_hand(order: Order) -> bool:

@@ -4,8 +4,8 @@ A program that crashed or was killed in flight starts again disarmed, at a depth
 it comes up by itself (rule RESTARTED). On deck and in a workshop fins and propeller must not move: for `restart_time` a
 good depth must say that it is under water, and no fix that it is not; and the time since it was armed must be known and
 short, which is decided before the run (`run.kept_navigation`). Where no depth is heard, that of the earlier run counts
-for some minutes, in which nobody lifts a vehicle out. Once it is armed, ordered to disarm, or found at the surface,
-that is over: a vehicle that is put into the water later stays disarmed.
+for some minutes, in which nobody lifts a vehicle out. Once it is armed, disarmed (under water by force alone), or
+found at the surface, that is over: a vehicle that is put into the water later stays disarmed.
 """
 
 from __future__ import annotations

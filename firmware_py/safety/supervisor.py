@@ -34,7 +34,7 @@ from firmware_py.safety.health_events import (
     weight_events,
 )
 from firmware_py.safety.look_ahead import too_low
-from firmware_py.safety.mode_orders import DISARMS, mode_chosen, mode_ordered
+from firmware_py.safety.mode_orders import DISARMS, mode_chosen, mode_ordered, without_disarming
 from firmware_py.safety.plane_jam import Planes
 from firmware_py.safety.rules import Reason, SafetyParams
 from firmware_py.safety.safety_params import switched_off
@@ -107,11 +107,14 @@ class Supervisor:
             left: what the vehicle can still do.
         """
         params, was = self._params, self._memory
-        seen = Seen(tick, frame, state, actuators, order, reference, left)
         nodes = NodeBits(frame.two_senders, frame.unhealthy, frame.replaced, frame.restarted)
         self._tell_of_health(state, actuators, nodes)
-        submerged = self._submerged(tick, frame, state)
-        wanted, chosen = self._asked_for(seen, submerged)
+        submerged, depth = self._submerged(tick, frame, state), state.eta.z if state.depth_ok else math.nan
+        if was.start.was_armed and submerged:
+            order, refused = without_disarming(order, depth)
+            self.events += refused
+        seen = Seen(tick, frame, state, actuators, order, reference, left)
+        wanted, chosen = self._asked_for(order, submerged, depth)
         late = (was.late << 1 | (tick.late_ns > tick.dt_ns)) & ((1 << NS_PER_S // tick.dt_ns) - 1)
         done = mission_done and was.mode is wanted
         c = self._conditions(seen, wanted, late.bit_count(), done)
@@ -216,10 +219,9 @@ class Supervisor:
             return state.eta.z > self._params.submerged_depth
         return not frame.fix.usable(tick.t, self._params.fix_timeout)
 
-    def _asked_for(self, seen: Seen, submerged: bool) -> tuple[Mode, Mode]:
+    def _asked_for(self, order: Order, submerged: bool, depth: float) -> tuple[Mode, Mode]:
         """Return the mode that is wanted, by an order that is allowed or as it was; and the one to arm into."""
-        was, order, state = self._memory, seen.order, seen.state
-        depth = state.eta.z if state.depth_ok else math.nan
+        was = self._memory
         wanted, refused = mode_ordered(order, was.mode, was.chosen, self._has_mission, submerged, depth)
         if wanted is not Mode.DISARMED or was.mode is not Mode.DISARMED:
             self.events += refused

@@ -94,13 +94,35 @@ def test_nothing_moves_when_it_is_carried_into_the_water_after_a_start_at_the_su
     assert vehicle.supervisor.keep(40.0) == KeptMode()
 
 
-@pytest.mark.parametrize("order", [Order(arming=Arming.FORCE_DISARM), Order(arming=Arming.DISARM)])
-def test_a_station_that_disarms_it_is_obeyed(order: Order) -> None:
+@pytest.mark.parametrize(("arming", "z"), [(Arming.FORCE_DISARM, 15.0), (Arming.DISARM, 0.9)])
+def test_a_station_that_disarms_it_by_force_or_at_the_surface_is_obeyed(arming: Arming, z: float) -> None:
     vehicle = restarted()
-    said(vehicle, 100, z=15.0)
-    vehicle.tick(order, z=15.0)
+    said(vehicle, 100, z=z)
+    vehicle.tick(Order(arming=arming), z=z)
     assert said(vehicle, LONG, z=15.0) == []
     assert vehicle.mode is Mode.DISARMED
+
+
+@pytest.mark.parametrize("order", [Order(arming=Arming.DISARM), Order(mode=Mode.DISARMED)])
+@pytest.mark.parametrize(
+    ("where", "at"), [({"z": 15.0}, "under water, at 15.0 m"), ({"depth_ok": False}, "depth not known")]
+)
+def test_under_water_an_order_to_disarm_is_refused_as_in_flight_and_it_comes_up(
+    order: Order, where: dict[str, Any], at: str
+) -> None:
+    """It lay 15 m deep for good, and nothing was said."""
+    vehicle = restarted(DEEP)
+    said(vehicle, 100, **where)
+    refused = f"DISARMED refused: {at}; surface first, or force it (param2 = 21196)"
+    assert said(vehicle, 1, order, **where) == [refused]
+    assert vehicle.ticks_until(Mode.SURFACE, LONG, **where) == AFTER - 101
+
+
+def test_refused_it_does_not_forget_what_arming_leads_to() -> None:
+    vehicle = restarted()
+    vehicle.tick(Order(mode=Mode.HOLD, chooses=True), z=15.0)
+    vehicle.tick(Order(arming=Arming.DISARM), z=15.0)
+    assert vehicle.answer.chosen is Mode.HOLD
 
 
 def test_who_arms_it_in_time_flies_it() -> None:

@@ -259,6 +259,8 @@ def _result(command: PendingCommand, cycle: Cycle) -> CommandResult:
         granted = (cycle.mode.chosen if disarmed and command.chooses else mode) is command.mode
     else:
         granted = disarmed == (command.arming in _DISARM)
+    if any(event.kind is EventKind.MODE_REFUSED and event.after is Mode.DISARMED for event in cycle.events):
+        granted = False  # also where it is disarmed already, and is to come up by itself
     if granted or any(event.kind in _REFUSALS for event in cycle.events):
         return CommandResult(command, ACCEPTED if granted else REJECTED)
     return CommandResult(command, REJECTED, ModeRefusal(ModeReason.OTHER_ORDER, mode))

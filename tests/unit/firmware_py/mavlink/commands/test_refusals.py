@@ -17,6 +17,7 @@ from firmware_py.mavlink.base.refusal import ModeReason, ModeRefusal, refusal_te
 from firmware_py.records.event import Event
 from firmware_py.records.health import sound
 from firmware_py.records.order import Mode, Order
+from firmware_py.safety.start import NOT_ARMED, KeptMode
 from firmware_py.safety.supervisor import SafetyParams, Supervisor
 from firmware_py.tick import Tick
 from tests.unit.firmware_py.mavlink.station import DT_NS, STATE, LinkedVehicle, Station, frame, node, put_together
@@ -37,9 +38,10 @@ ARDUSUB = {
 """As pymavlink's mode_mapping_sub has them, which MAVProxy shows."""
 
 
-def strict() -> object:
-    """The vehicle's own supervisor, without a mission."""
+def strict(kept: KeptMode = NOT_ARMED) -> object:
+    """The vehicle's own supervisor, without a mission; an earlier run ended as `kept` says."""
     supervisor, ticks = Supervisor(SafetyParams(), has_mission=False), iter(range(1_000_000))
+    supervisor.resume(weight_gone=False, kept=kept)
 
     def decide(mode: Mode, order: Order) -> tuple[Mode, tuple[Event, ...], dict[str, object]]:
         tick = Tick(next(ticks), DT_NS)
@@ -176,6 +178,15 @@ def test_what_waited_when_somebody_disarmed_says_so() -> None:
     vehicle.step(3)
     assert refused(station.messages) == ["DO_SET_MODE refused: disarming goes first"]
     assert sorted(station.acks()) == [(SET_MODE, REJECTED), (ARM, ACCEPTED)]
+
+
+def test_who_began_under_water_and_is_to_come_up_is_not_told_that_it_was_disarmed() -> None:
+    vehicle = LinkedVehicle(supervisor=strict(KeptMode(Mode.MISSION, 10.0, 15.0)))
+    station = vehicle.stations[0]
+    station.command(ARM, 0)
+    vehicle.step(2)
+    assert len(refused(station.messages)) == 1
+    assert station.acks() == [(ARM, REJECTED)]
 
 
 def test_an_order_that_others_overrule_says_what_holds() -> None:
