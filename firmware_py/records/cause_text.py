@@ -44,6 +44,7 @@ CAUSES: Mapping[Cause, str] = {
     Cause.NO_DROP_WEIGHT: "no drop weight to release",
     Cause.NOT_TOLD: "nothing tells of the surface, {0:.0f} s after surfacing began",
     Cause.SUNK: "sunk again, to {0:.1f} m, after it had surfaced",
+    Cause.LEFT_UNDER_WATER: "disarmed, and {0:.1f} m under water; arm it in SURFACE to bring it up",
     Cause.NOT_UP: "not known to be up {0:.0f} s after surfacing began",
     Cause.HARDPOINT_OPEN: "its hardpoint says so",
     Cause.HARDPOINT_HOLDS: "its hardpoint still holds it {0:g} s after the command",

@@ -163,6 +163,7 @@ class Cause(enum.IntEnum):
     DEPTH_UNCHECKED = 75  # limit, s
     DAMAGED = 76  # `ActuatorFault`; shares left of diving and of turning, in [0, 1]; names: whose
     TERRAIN_LOST = 77
+    LEFT_UNDER_WATER = 78  # depth, m
 
 
 INTENDED_CAUSES = (Cause.ORDERED, Cause.MISSION_DONE, Cause.RETURN_DONE, Cause.SURFACED)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from firmware_py.records.command import Reference
 from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.event import Cause
 from firmware_py.records.fence import WITHIN, Fence
 from firmware_py.records.health import (
     ActuatorFault,
@@ -71,6 +72,7 @@ def conditions(
     """Return what the rules look at in this tick, in which the mode `wanted` is in force or ordered."""
     tick, frame, state, _, order, reference, left = seen
     t, eta, z_dot = tick.t, state.eta, state.z_dot
+    watched = was.watched and not in_hand(order)
     sensors, battery, leak = state.sensors, frame.battery, frame.leak
     charge = battery.value.remaining if battery.ok else math.nan
     breach, weight = fence.breach_at(eta.x, eta.y), was.actuators.drop_weight
@@ -115,7 +117,8 @@ def conditions(
         faults=faults,
         station_silence=t - order.t_station if order.t_station > -math.inf else math.nan,
         sticks_silence=t - order.t_sticks,
-        watched=was.watched and not in_hand(order),
+        watched=watched,
+        done_with=was.mode is Mode.DISARMED and was.cause is not Cause.NONE and not watched,
         sunk_by=was.altitude_up - state.altitude,
         left=left,
         slope=math.atan2(z_dot, u),

@@ -96,6 +96,8 @@ class Conditions(NamedTuple):
     """The drop weight is released, in this run or in an earlier one, and no hardpoint says that it holds one."""
     watched: bool = False
     """It surfaced and disarmed itself, and nobody has armed or disarmed it since."""
+    done_with: bool = False
+    """It is disarmed, was armed in this run, and is not watched."""
     sunk_by: float = math.nan
     """By how much the bottom is nearer than when it was at the surface, or than where it came into sight after that."""
     left: Manoeuvrability = UNLIMITED

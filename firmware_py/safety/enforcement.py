@@ -122,6 +122,6 @@ def _answer(rule: Rule, params: SafetyParams) -> _Answer:
     after_ns = round(attrgetter(rule.time)(params) * NS_PER_S) if rule.time else 0
     if isinstance(rule.answer, Mode):
         return _Answer(rule, after_ns, rule.answer, drop=False, warns=False)
-    action: Action = attrgetter(rule.answer)(params)
+    action: Action = attrgetter(rule.answer)(params) if isinstance(rule.answer, str) else rule.answer
     drop, warns = action is Action.SURFACE_AND_DROP, action is Action.WARN
     return _Answer(rule, after_ns, MODE_OF.get(action), drop, warns)

@@ -77,5 +77,5 @@ def without_disarming(order: Order, depth: float) -> tuple[Order, tuple[Event, .
 
 
 def in_hand(order: Order) -> bool:
-    """Return whether an order says that somebody has the vehicle in hand, who may lower it by crane."""
-    return order.arming in (Arming.ARM, *DISARMS) or order.mode is Mode.DISARMED
+    """Return whether an order to disarm says that somebody has the vehicle in hand, who may lower it by crane."""
+    return order.arming in DISARMS or order.mode is Mode.DISARMED

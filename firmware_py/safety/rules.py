@@ -25,7 +25,7 @@ from firmware_py.records.event import Cause
 from firmware_py.records.fence import WITHIN
 from firmware_py.records.health import HEADING_FAULTS, SourceFault, SourceHealth, SourceState
 from firmware_py.records.order import Mode
-from firmware_py.safety.action import MODE_OF, safer
+from firmware_py.safety.action import MODE_OF, Action, safer
 from firmware_py.safety.conditions import Conditions, Faulty
 from firmware_py.safety.look_ahead import altitude_reached, depth_reached, too_low
 from firmware_py.safety.safety_params import SafetyParams
@@ -50,7 +50,8 @@ class Rule(NamedTuple):
         cause: what an event says of it.
         holds: the condition.
         time: how long it must hold without a break.
-        answer: the name of the parameter that says what is done; or a mode, in which the present one simply ends.
+        answer: the name of the parameter that says what is done, or what is; or a mode, in which the present one simply
+            ends.
         numbers: of the cause, for its event.
         at_arming: whether a vehicle is not armed while the condition holds.
         faulty: the actuator that the cause is about, if it is about one.
@@ -61,7 +62,7 @@ class Rule(NamedTuple):
     cause: Cause
     holds: Callable[[Conditions, SafetyParams], bool]
     time: str
-    answer: str | Mode
+    answer: str | Action | Mode
     numbers: _Numbers = lambda *_: ()
     at_arming: bool = True
     faulty: Callable[[Conditions], Faulty | None] = lambda _: None
@@ -257,6 +258,8 @@ RULES: tuple[Rule, ...] = (
          lambda c, _: (_depth(c), float(c.start.kept.mode), c.start.kept.ago), at_arming=False, while_disarmed=True),
     Rule(Cause.STARTED_UNDER_WATER, _begun_under_water, "restart_time", "start_action",
          lambda c, _: (_depth(c),), at_arming=False, while_disarmed=True),
+    Rule(Cause.LEFT_UNDER_WATER, lambda c, p: c.done_with and surely_under_water(c, p), "sunk_time", Action.WARN,
+         lambda c, _: (c.depth,), at_arming=False, while_disarmed=True),
     # What was ordered is done.
     Rule(Cause.MISSION_DONE,     lambda c, _: c.mission_done and c.wanted is Mode.MISSION, "", SURFACE),
     Rule(Cause.RETURN_DONE,      lambda c, _: c.mission_done and c.wanted is Mode.RETURN, "", SURFACE),

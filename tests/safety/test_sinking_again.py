@@ -17,6 +17,7 @@ from tests.safety.test_supervisor import DISARM, FORCE, PARAMS, SupervisedVehicl
 
 SUNK = "DISARMED -> SURFACE: sunk again, to 1.5 m, after it had surfaced"
 WARNED = "sunk again, to 1.5 m, after it had surfaced"
+LEFT = "disarmed, and 1.5 m under water; arm it in SURFACE to bring it up"
 RELEASED = "drop weight released: sunk again, to 1.5 m, after it had surfaced"
 
 
@@ -65,20 +66,46 @@ def test_each_action_does_what_it_says(action: Action, mode: Mode, drop: bool, s
     assert (vehicle.mode, vehicle.answer.drop) == (mode, drop)
 
 
-@pytest.mark.parametrize("order", [DISARM, FORCE, Order(mode=Mode.DISARMED), Order(arming=Arming.ARM)])
-def test_an_order_to_arm_or_to_disarm_ends_the_watch(order: Order) -> None:
+@pytest.mark.parametrize("order", [DISARM, FORCE, Order(mode=Mode.DISARMED)])
+def test_an_order_to_disarm_ends_the_watch(order: Order) -> None:
     vehicle = surfaced()
-    refused = {"attitude_ok": False} if order.arming is Arming.ARM else {}
-    after(vehicle, 1.0, order, z=0.2, **refused)
-    assert vehicle.mode is Mode.DISARMED
-    assert not after(vehicle, 60.0, z=1.5)
+    after(vehicle, 1.0, order, z=0.2)
+    assert after(vehicle, 120.0, z=1.5) == [LEFT]
     assert vehicle.mode is Mode.DISARMED
 
 
-def test_a_vehicle_that_was_disarmed_by_order_or_never_armed_is_lowered_in_peace() -> None:
+@pytest.mark.parametrize("z", [0.2, 1.5])
+def test_an_order_to_arm_that_is_refused_does_not_end_it(z: float) -> None:
+    """A low battery kept it from being armed; the hull filled afterwards, and it lay 20 m deep and said nothing."""
+    vehicle = surfaced()
+    assert any(
+        "arming refused" in text for text in after(vehicle, 1.0, Order(arming=Arming.ARM), z=z, attitude_ok=False)
+    )
+    assert SUNK in after(vehicle, 10.1, z=1.5)
+    assert vehicle.answer.drop
+
+
+def test_a_vehicle_that_was_disarmed_by_order_is_told_of_once_that_it_is_under_water() -> None:
     vehicle = sailing(Mode.HOLD)
     assert vehicle.tick(DISARM, z=0.2) is Mode.DISARMED
-    assert not after(vehicle, 60.0, z=5.0)
+    assert not after(vehicle, 60.0, z=0.9)
+    assert not after(vehicle, 10.0, z=1.5)
+    assert after(vehicle, 600.0, z=1.5) == [LEFT]
+    for _ in range(3000):
+        vehicle.tick(z=1.5, frame=heard_fix(vehicle))
+        assert not vehicle.events
+    assert after(vehicle, 60.0, z=1.5) == [LEFT]
+    assert not vehicle.answer.drop
+
+
+def test_one_that_was_disarmed_by_force_under_water_stays_there_and_says_so() -> None:
+    vehicle = sailing(Mode.HOLD)
+    assert vehicle.tick(FORCE, z=1.5) is Mode.DISARMED
+    assert after(vehicle, 60.0, z=1.5) == [LEFT]
+    assert vehicle.mode is Mode.DISARMED
+
+
+def test_a_vehicle_that_was_never_armed_is_lowered_in_peace() -> None:
     fresh = SupervisedVehicle()
     assert not after(fresh, 10.0, z=0.2)
     assert not after(fresh, 60.0, z=5.0)

@@ -38,6 +38,7 @@ NUMBERS: dict[Cause, tuple[float, ...]] = {
     Cause.NOT_TOLD: (90.0,),
     Cause.NOT_UP: (240.0,),
     Cause.SUNK: (1.5,),
+    Cause.LEFT_UNDER_WATER: (1.5,),
     Cause.MANOEUVRE_PITCH: (0.4, 0.5, math.radians(25.0)),
     Cause.BATTERY_WARNING: (0.19, 0.2),
     Cause.BATTERY_SILENT: (30.0,),
