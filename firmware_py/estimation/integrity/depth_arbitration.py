@@ -41,8 +41,10 @@ PITCH_HOLDS = (SourceFault.NONE, SourceFault.OUTLIERS, *HEADING_FAULTS)
 """Under any other suspicion, a pitch convicts no other sensor: its gyro is no second witness."""
 _BY_DVL = (*PITCH_HOLDS, SourceFault.UNDECIDED, SourceFault.CONTRADICTED)
 """Under these, of which the last two come of the DVL too, it is as likely that one that is wrong."""
+_OF_PITCH = (SourceFault.UNDECIDED, SourceFault.CONTRADICTED)
+"""Only others, which agree with it, clear a pitch of these."""
 _NEWCOMER = 60.0
-"""An AHRS that is heard again for a shorter time, s, is to blame before a DVL that was there all along."""
+"""An AHRS that is heard again for a shorter time, s, is to blame before a pressure or DVL that was there all along."""
 _EXPLAINS = 5.0
 """For so long, s, what a DVL that is convicted has told is in what is compared."""
 
@@ -98,7 +100,13 @@ class Entry(NamedTuple):
 
 
 def arbitrate(
-    now: Entry, then: Entry, history: Sequence[Entry], window: int, model_limit: float, doubted: bool = False
+    now: Entry,
+    then: Entry,
+    history: Sequence[Entry],
+    window: int,
+    model_limit: float,
+    doubted: bool = False,
+    newcomer: bool = False,
 ) -> Accused:
     """Return who is wrong.
 
@@ -110,14 +118,18 @@ def arbitrate(
         model_limit: what propeller and pitch may be off by in 5 s, m.
         doubted: whether the pressure is in doubt already: then neither the bottom alone clears it, nor propeller and
             pitch alone convict it.
+        newcomer: whether the pitch is that of an AHRS that `is_newcomer`: it is to blame for what no bottom decides.
     """
     change = now.residual - then.residual
     blind = now.blind_since(then)
     wrong = bottom_says(now, then, history, window)
-    if wrong is Accused.CARRIED and not doubted:
-        return Accused.NOBODY if blind else wrong  # eddies carry what no model knows
+    undecided = Accused.SHALLOW_PRESSURE if change < 0.0 else Accused.SHALLOW_CARRIED
     if wrong is Accused.PRESSURE_DRIFT:
         return wrong
+    if newcomer:
+        return undecided if doubted else Accused.CARRIED
+    if wrong is Accused.CARRIED and not doubted:
+        return Accused.NOBODY if blind else wrong  # eddies carry what no model knows
     if blind and change < 0.0:
         return Accused.SHALLOW_PRESSURE if doubted else Accused.PRESSURE_DRIFT
     if blind:
@@ -130,7 +142,7 @@ def arbitrate(
             return Accused.PRESSURE_DRIFT
         if by_carried > limit and by_pressure < _CLEAR * by_carried:
             return Accused.CARRIED
-    return Accused.SHALLOW_PRESSURE if change < 0.0 else Accused.SHALLOW_CARRIED
+    return undecided
 
 
 def bottom_says(now: Entry, then: Entry, history: Sequence[Entry], window: int) -> Accused:
@@ -224,11 +236,21 @@ def accuse_carried(t: float, which: Accused, slip: float, ahrs: SourceWatch, dvl
             ahrs.accuse(SourceFault.UNDECIDED, t)
 
 
+def is_newcomer(ahrs: SourceWatch, t: float) -> bool:
+    """Return whether the AHRS was lost not long ago: it may be late, or mounted anew.
+
+    Time alone clears none whose pitch was in doubt as it came back, or has been since: others have to agree with it.
+    """
+    memory = ahrs.memory
+    since = memory.t_fault if memory.fault in _OF_PITCH else t
+    return memory.lost is not SourceFault.NONE or since - memory.t_back < _NEWCOMER
+
+
 def came_back(ahrs: SourceWatch, dvl: SourceWatch, t: float) -> bool:
-    """Return whether the AHRS was lost not long ago, and the DVL was not: it may be late, or mounted anew."""
+    """Return whether the AHRS is a newcomer, and the DVL was there before it."""
     there, since = ahrs.memory.lost is SourceFault.NONE, ahrs.memory.t_back
-    lately = not there or t - since < _NEWCOMER
-    return lately and dvl.memory.lost is SourceFault.NONE and (not there or dvl.memory.t_back < since - 1.0)
+    before = dvl.memory.lost is SourceFault.NONE and (not there or dvl.memory.t_back < since - 1.0)
+    return before and is_newcomer(ahrs, t)
 
 
 def judge_again(

@@ -11,7 +11,7 @@ from firmware_py.estimation.integrity.altitude_check import AltitudeCheck
 from firmware_py.estimation.integrity.attitude_check import AttitudeCheck
 from firmware_py.estimation.integrity.confirmation import hear_battery, hear_leak
 from firmware_py.estimation.integrity.depth_accusation import accuse_depth
-from firmware_py.estimation.integrity.depth_arbitration import Accused, judge_again
+from firmware_py.estimation.integrity.depth_arbitration import Accused, is_newcomer, judge_again
 from firmware_py.estimation.integrity.fix_check import FixCheck
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.integrity.integrity_records import NO_CORRECTION, IntegrityMemory
@@ -163,7 +163,8 @@ class SensorIntegrity:
             by_dvl = pinged and velocity.measured and sources.dvl.believed
             tilted = abs(theta) > _STEEP or abs(phi) > _ROLLED
             modelled = velocity.holds and velocity.likely > _UNDER_WAY and not tilted
-            self._vertical.carry(t, dt, model, raw, by_dvl, modelled, sources.ahrs.memory.fault)
+            new = is_newcomer(sources.ahrs, t)
+            self._vertical.carry(t, dt, model, raw, by_dvl, modelled, sources.ahrs.memory.fault, new)
 
     def _hear_dvl(self, heard: Heard[Dvl], t: float) -> None:
         watch, echo = self._sources.dvl, self._sources.dvl_altitude

@@ -81,13 +81,15 @@ class VerticalCheck:
             memory.t_pinged = t
 
     def carry(
-        self, t: float, dt: float, model: float, raw: float, by_dvl: bool, modelled: bool, pitch: SourceFault
+        self, t: float, dt: float, model: float, raw: float, by_dvl: bool, modelled: bool, pitch: SourceFault, new: bool
     ) -> None:
         """Carry the depth on by dt, s, at `raw` m/s, which DVL and pitch say, if `by_dvl`, else at `model`.
 
-        `modelled` is whether propeller and pitch tell of it; `pitch` what speaks against the AHRS.
+        `modelled` is whether propeller and pitch tell of it; `pitch` what speaks against the AHRS, `new` whether that
+        `is_newcomer`.
         """
         memory = self.memory
+        memory.newcomer = new
         moved = (raw if by_dvl else model) * dt
         memory.carried += moved
         memory.model += model * dt
@@ -103,7 +105,7 @@ class VerticalCheck:
             memory.blind += dt
         if (by_dvl or modelled) and pitch in PITCH_HOLDS:
             memory.t_carried = t
-        if by_dvl and pitch in _MAY_SPEAK:
+        if by_dvl and pitch in _MAY_SPEAK and not new:
             memory.t_spoke = t
 
     def carry_late(self, moved: float, heave: float) -> None:
@@ -279,7 +281,8 @@ class VerticalCheck:
         return min(len(self.memory.history), round((t - self.memory.began) / _STEP))
 
     def _decide(self, now: Entry, then: Entry, window: int) -> Accused:
-        return arbitrate(now, then, self.memory.history, window, self._params.depth_blind, self.stands_in)
+        memory = self.memory
+        return arbitrate(now, then, memory.history, window, self._params.depth_blind, self.stands_in, memory.newcomer)
 
     def _begin(self, t: float, depth: float) -> None:
         memory = self.memory

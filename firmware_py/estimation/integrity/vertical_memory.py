@@ -19,7 +19,7 @@ class VerticalCheckMemory:
     `t_raw`; `lie` is the farthest that a suspect pressure was from `stand_in`, m. `unsteady` is how much the drift from
     propeller and pitch changes in 5 s, m, as seen at `t_look`. `afloat` is when pressure and carried depth rose
     together last, near the surface; `parting` how far DVL and pitch, which spoke last at `t_spoke`, went from the
-    pressure.
+    pressure; `newcomer` whether the pitch is that of an AHRS that was lost not long ago.
     """
 
     carried: float = 0.0
@@ -50,3 +50,4 @@ class VerticalCheckMemory:
     afloat: Entry | None = None
     t_spoke: float = -math.inf
     parting: Parting = TOGETHER
+    newcomer: bool = False
