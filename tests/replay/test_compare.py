@@ -77,6 +77,31 @@ def test_a_default_that_is_written_out_is_no_difference(runs: Path, toy: SimpleN
     assert comparison.common == []
 
 
+def test_what_was_laid_upon_files_that_no_log_has_is_a_difference(runs: Path, toy: SimpleNamespace) -> None:
+    configuration = config_files.read_configuration(CONFIG)
+    laid = {"truth.current_m_s": 0.3, "sensors.dvl.noise": 0.05, "scenario.duration_s": 3, "autopilot.rate_hz": 100}
+    (runs / "laid").mkdir()
+    settings = {"settings": {**laid, "scenario.zigzag.delta_r_deg": 10}}
+    toy.fly(runs / "laid" / "log.mcap", 3.0, configuration=configuration, **settings)
+    assert {one.key: one.values for one in compared(runs / "sliding", runs / "laid").differences} == {
+        "set truth.current_m_s": ["–", "0.3"],
+        "set sensors.dvl.noise": ["–", "0.05"],
+        "set scenario.duration_s": ["–", "3"],
+        "set scenario.zigzag.delta_r_deg": ["–", "10"],
+    }
+
+
+@pytest.mark.parametrize("more", [{"scenario": "mine.toml"}, {"git": "another"}])
+def test_files_that_no_log_has_are_told_where_they_may_differ(
+    runs: Path, toy: SimpleNamespace, more: dict[str, str]
+) -> None:
+    (runs / "own").mkdir()
+    toy.fly(runs / "own" / "log.mcap", 3.0, configuration=config_files.read_configuration(CONFIG), **more)
+    said = "What scenario, truth.toml and sensors.toml hold is not in the logs"
+    assert any(one.startswith(said) for one in compared(runs / "sliding", runs / "own").warnings)
+    assert compared(runs / "sliding", runs / "pid").warnings == []
+
+
 def test_laws_and_gains_are_named(runs: Path) -> None:
     rows = {label: values for label, *values in compared(runs / "sliding", runs / "pid").identity}
     assert rows["law"] == ["sliding", "pid"]

@@ -9,7 +9,7 @@ from typing import Any
 
 from firmware_py.params import to_toml_value
 from sternplane.compare.compared_run import ComparedRun, until
-from sternplane.compare.settings import MISSING, Difference, differences
+from sternplane.compare.settings import MISSING, Difference, differences, may_differ_unseen
 from sternplane.logs.summary import Summary, summarise
 from sternplane.logs.summary_text import key_figures, outcome, unlogged
 from sternplane.report.steering_text import control_of, gains_text
@@ -87,6 +87,11 @@ class Comparison:
         scenarios = {run.log.header.get("scenario") for run in self.runs}
         if len(scenarios) > 1:
             yield "The scenarios differ: each run is judged by its own orders, mission and sea."
+        if may_differ_unseen([run.log for run in self.runs]):
+            yield (
+                "What scenario, truth.toml and sensors.toml hold is not in the logs, only what --set laid upon them: "
+                "these runs may differ in it."
+            )
         if self.common:
             lengths = ", ".join(f"{run.name} {run.length:.1f} s" for run in self.runs)
             yield (

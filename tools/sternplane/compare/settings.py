@@ -1,11 +1,13 @@
-"""Which settings of runs differ: of vehicle and autopilot every one, the scenario, and what was simulated.
+"""Which settings of runs differ: of vehicle and autopilot every one, of what was simulated what the logs have.
 
-Settings that a file leaves out count with their defaults, so that only what really differs is told.
+Settings that a file leaves out count with their defaults, so that only what really differs is told. Of scenario, sea,
+sensors and simulated vehicle a log has names, the true coefficients and what `--set` laid upon the files.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from firmware_py import config_files
@@ -14,6 +16,8 @@ from sternplane.logs.run import Run
 
 _HEADER = ("scenario", "description", "seed", "pace", "link", "faults", "notes", "version", "git")
 MISSING = "–"
+_LOGGED_WHOLE = ("autopilot", "vehicle")
+"""Tables of which a log has every value, so that what `--set` laid upon them needs no row of its own."""
 
 
 class Difference(NamedTuple):
@@ -31,6 +35,18 @@ def differences(logs: Sequence[Run]) -> list[Difference]:
     return [one for one in found if len(set(one.values)) > 1]
 
 
+def may_differ_unseen(logs: Sequence[Run]) -> bool:
+    """Return whether runs may have flown by files whose values no log has, such as another sea.
+
+    They may where a scenario is a file of one's own, which changes under its name, and where folder or revision differ.
+    """
+    headers = [log.header for log in logs]
+    if any(str(header.get("scenario") or "").endswith(".toml") for header in headers):
+        return True
+    folders = {Path(str(one.get("configuration", {}).get("files", {}).get("autopilot", ""))).parent for one in headers}
+    return len(folders) > 1 or len({header.get("git") for header in headers}) > 1
+
+
 def _settings(log: Run) -> Iterator[tuple[str, str]]:
     """Yield all settings of a run, flat."""
     header, configuration = log.header, log.header.get("configuration", {})
@@ -46,6 +62,9 @@ def _settings(log: Run) -> Iterator[tuple[str, str]]:
         yield "changed by stations in flight", f"{len(log.changes)} times"
     yield from _flat("mission", header.get("mission", {}))
     yield from _flat("truth", header.get("truth", {}))
+    for key, value in header.get("settings", {}).items():
+        if key.partition(".")[0] not in _LOGGED_WHOLE:
+            yield f"set {key}", value_text(value)
 
 
 def _whole(configuration: Mapping[str, Any], table: str, parse: Callable[[Any], Any]) -> Mapping[str, Any]:
