@@ -447,3 +447,14 @@ def test_a_derivative_is_read_in_a_unit_with_a_prefix(tmp_path: Path) -> None:
     plain = imported(tmp_path, {**base, "Zw": -6600.0}, {"Zw": "kg/s"}).vehicle["coefficients"]["Z_w"]
     large = imported(tmp_path, {**base, "Zw": -6.6}, {"Zw": "kN.s/m"}).vehicle["coefficients"]["Z_w"]
     assert large == pytest.approx(plain)
+
+
+def test_every_table_of_the_guide_imports_as_it_is_written(tmp_path: Path) -> None:
+    guide = (configs() / "hull.md").read_text()
+    tables = re.findall(r"^```(csv|toml)\n(.*?)^```", guide, re.MULTILINE | re.DOTALL)
+    assert {form for form, _ in tables} == {"csv", "toml"}
+    for i, (form, text) in enumerate(tables):
+        table, folder = tmp_path / f"hull{i}.{form}", tmp_path / f"boat{i}"
+        table.write_text(text)
+        assert main(["vehicle", "import", str(table), "--out", str(folder)]) == 0
+        assert main(["vehicle", "check", str(folder)]) == 0
