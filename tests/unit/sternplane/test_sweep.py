@@ -17,12 +17,14 @@ from sternplane.sitl.flight import FlightRequest, prepare
 from sternplane.sweep.accused import accused, text_of
 from sternplane.sweep.axes import Axis, axis_of, parse_axis
 from sternplane.sweep.explain import spearman
+from sternplane.sweep.laws import equal, unsteered
 from sternplane.sweep.page import page
 from sternplane.sweep.plan import LAW, Flights, Plan, laws_of, read_plan, refuse_other
 from sternplane.sweep.sampling import grid, latin_hypercube
 from sternplane.sweep.table import parquet
 from sternplane.sweep.worst import USEFUL, judged_by, outcome_text, refuse_unknown, worst
 
+from firmware_py.adapters.installation import configs
 from firmware_py.params import ParamError
 from firmware_py.run.usage_error import UsageError
 
@@ -276,3 +278,23 @@ def test_the_help_names_the_columns_that_people_judge_by() -> None:
     with redirect_stdout(StringIO()) as said, pytest.raises(SystemExit):
         main(["sweep", "--help"])
     assert [name for name in USEFUL if name not in said.getvalue()] == []
+
+
+@pytest.mark.parametrize(("scenario", "steers"), [("zigzag", False), ("demo", True), ("station", True)])
+def test_a_scenario_in_which_no_law_steers_is_told_before_it_is_flown(scenario: str, steers: bool) -> None:
+    files = {"scenario.toml": (configs() / "scenarios" / f"{scenario}.toml").read_bytes()}
+    said = unsteered(files, "scenario.toml", scenario)
+    assert said == "" if steers else said.startswith("zigzag: no order leaves MANUAL, where no law steers")
+
+
+def test_laws_that_came_out_equal_are_told_and_figures_of_hand_steering_stand_beside_them(tmp_path) -> None:
+    each = [{"sample": k // 2, "seed": k // 2, "law": ("sliding", "pid")[k % 2], LAW: k % 2} for k in range(4)]
+    rows = [row(k, **{**own, "overshoot_first_deg": 8.25 + own["sample"]}) for k, own in enumerate(each)]
+    assert equal(rows).startswith("All laws came out equal")
+    keys = {axis.key: 0.0 for axis in plan().axes}
+    text = page(Flights(plan(n=2), "sliding"), [{**one, **keys} for one in rows], "", {}, tmp_path, 1)
+    assert "All laws came out equal" in text
+    assert "median overshoot_first_deg" in text
+    assert "median path_error_rms_m" not in text
+    assert equal([*rows[:3], {**rows[3], "overshoot_first_deg": 8.0}]) == ""
+    assert equal([one for one in rows if one["law"] == "pid"]) == ""

@@ -26,7 +26,7 @@ def add_sweep(commands: Any, lazily: Lazily, files: str) -> None:
         "row for each flight), report.html, and the worst flights with their logs. A second start with the same --out "
         "goes on where the first was broken off; there --out alone is enough.",
         epilog=f"{_VALUES}.\n\n{_COLUMNS}\n\nexamples:\n"
-        "  sternplane sweep --scenario zigzag --n 1000 --vary vehicle.M_q=±20% --vary truth.current=0..0.3 \\\n"
+        "  sternplane sweep --scenario demo --n 1000 --vary vehicle.M_q=±20% --vary truth.current=0..0.3 \\\n"
         "      --law sliding,pid --out runs/sweep\n"
         "  sternplane sweep --grid 5 --vary autopilot.depth.bandwidth=±50% --vary truth.turbulence=0,0.05,0.1\n"
         "  sternplane sweep --out runs/sweep                 # go on\n"

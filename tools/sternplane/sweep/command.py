@@ -21,7 +21,7 @@ from sternplane.campaign.files import write
 from sternplane.campaign.line_store import LineStore
 from sternplane.cli.extras import require, require_report
 from sternplane.plain_console import PlainConsole
-from sternplane.sweep import inputs
+from sternplane.sweep import inputs, laws
 from sternplane.sweep.accused import accused, text_of
 from sternplane.sweep.flight import SCENARIO_FILE, died_row, fly_row
 from sternplane.sweep.plan import Flights, read_plan
@@ -52,6 +52,8 @@ def command(options: argparse.Namespace) -> int:
     try:
         files = inputs.read_inputs(folder)
         refuse_unknown(list(store.rows()), options.judge)
+        if len(flights.laws) > 1 and (said := laws.unsteered(files, SCENARIO_FILE, flights.plan.scenario)):
+            console.print(said, markup=False)
         missing = [k for k in range(len(flights)) if str(k) not in store.keys]
         with _crew(options, len(missing), console) as crew:
             logs = folder / LOGS if options.keep_logs else None
@@ -160,6 +162,8 @@ def _report(flights: Flights, rows: Sequence[Row], judge: str, folder: Path, opt
     for law in flights.laws:
         own = [row for row in rows if row["law"] == law]
         console.print(f"  {law}: {sum(bool(row['completed']) for row in own)} of {len(own)} completed")
+    if said := laws.equal(rows):
+        console.print(f"  {said}")
     told = accused(rows)
     for one in told[:_MOST_ACCUSED]:
         console.print(f"  {text_of(one)}", markup=False)

@@ -13,6 +13,7 @@ from markupsafe import Markup
 from sternplane.report.page import Cell, Heading, Page, Section, Table, environment, plot_section, render
 from sternplane.sweep.accused import DAMAGED, accused
 from sternplane.sweep.explain import Association, associations, design_effect, success_interval
+from sternplane.sweep.laws import equal
 from sternplane.sweep.plan import Flights
 from sternplane.sweep.plots import against, distributions, ranking
 from sternplane.sweep.worst import Row, badness, outcome_text, worst
@@ -20,6 +21,8 @@ from sternplane.sweep.worst import Row, badness, outcome_text, worst
 _STATE = ("good", "", "bad", "bad")
 _MOST_ACCUSED = 40
 _FIGURES = ("path_error_rms_m", "depth_tracking_error_rms_m", "heading_tracking_error_rms_deg")
+_BY_HAND = ("overshoot_first_deg", "overshoot_second_deg", "turning_diameter_m")
+"""Figures of scenarios that move the fins themselves; they stand where any flight has them."""
 
 
 def page(flights: Flights, rows: Sequence[Row], judge: str, again: Mapping[int, str], folder: Path, most: int) -> str:
@@ -62,7 +65,7 @@ def page(flights: Flights, rows: Sequence[Row], judge: str, again: Mapping[int, 
             mood="bad" if errors else "good" if completed == len(rows) else "warn",
             description=f"{len(flights.samples)} samples of {', '.join(keys)}{each}.",
             identity=_identity(rows),
-            warnings=[f"{errors} flights ended in an error, see the table of outcomes."] if errors else [],
+            warnings=[*_warnings(rows, errors)],
             key_figures={
                 "": (
                     ("completed", f"{100.0 * completed / len(rows):.1f} %"),
@@ -85,16 +88,24 @@ def _identity(rows: Sequence[Row]) -> list[str]:
     return [f"revision {', '.join(revisions)} · {', '.join(cpus)}"]
 
 
+def _warnings(rows: Sequence[Row], errors: int) -> Iterator[str]:
+    if errors:
+        yield f"{errors} flights ended in an error, see the table of outcomes."
+    if said := equal(rows):
+        yield f"{said}."
+
+
 def _laws(rows: Sequence[Row]) -> Table:
     lines = []
+    names = [name for name in (*_FIGURES, *_BY_HAND) if any(row.get(name) is not None for row in rows)] or [*_FIGURES]
     for law in dict.fromkeys(row["law"] for row in rows):
         own = [row for row in rows if row["law"] == law]
         done = sum(bool(row["completed"]) for row in own)
         low, high = success_interval(done, len(own), design_effect(own))
-        figures = [[row[name] for row in own if row.get(name) is not None] for name in _FIGURES]
+        figures = [[row[name] for row in own if row.get(name) is not None] for name in names]
         share = f"{100.0 * done / len(own):.1f} % ({100.0 * low:.0f} … {100.0 * high:.0f})"
         lines.append([law, str(len(own)), str(done), share, *[f"{median(one):.3g}" if one else "–" for one in figures]])
-    head = ("law", "flights", "completed", "share (95 %)", *[f"median {name}" for name in _FIGURES])
+    head = ("law", "flights", "completed", "share (95 %)", *[f"median {name}" for name in names])
     return Table(lines, head=head, style="numbers")
 
 
