@@ -132,3 +132,32 @@ def test_poles_at_rest_are_those_of_a_pendulum_and_grow_with_speed(remus: Path) 
     slow, fast = poles(vehicle, 1.0), poles(vehicle, 2.0)
     assert fast.worst("steering") == pytest.approx(2.0 * slow.worst("steering"), rel=1e-6)
     assert doubling_time(-1.0) == float("inf")
+
+
+def test_a_length_that_is_ten_times_too_great_in_one_file_fails(tmp_path: Path) -> None:
+    boat = Path(shutil.copytree(configs() / "npsauv2", tmp_path / "boat"))
+    edit(boat, "vehicle.toml", "length_m", "53.0")
+    told = [one for one in found(boat) if one.topic == "hull"]
+    assert wrong(told, "hull", "hull.length_m = 53 in vehicle.toml, 5.3 in truth.toml")
+    assert wrong(told, "hull", "length_m = 53 is 100 times height and width")
+    assert {one.grade for one in told} == {Grade.FAIL, Grade.WARN}
+    turned = [one for one in check(read_files(boat)).findings if one.topic == "belief"]
+    assert [one.grade for one in turned] == [Grade.WARN]
+
+
+@pytest.mark.parametrize(("key", "value"), [("length_m", "13.3"), ("height_m", "1.91"), ("length_m", "0.3")])
+def test_dimensions_that_do_not_hold_what_is_displaced_are_doubtful_though_both_files_agree(
+    remus: Path, key: str, value: str
+) -> None:
+    edit(remus, "vehicle.toml", key, value)
+    told = [one for one in found(remus) if one.topic == "hull"]
+    assert {one.grade for one in told} == {Grade.WARN}
+
+
+def test_another_mass_or_section_in_truth_is_told(tmp_path: Path) -> None:
+    boat = Path(shutil.copytree(configs() / "npsauv2", tmp_path / "boat"))
+    edit(boat, "truth.toml", "m_kg", "4000.0")
+    edit(boat, "truth.toml", "width_m", "0.9")
+    told = found(boat)
+    assert wrong(told, "hull", "body.mass_kg = 5454.54 in vehicle.toml, 4000 in truth.toml")
+    assert wrong(told, "hull", "hull.width_m = 0.53 in vehicle.toml, 0.9 in truth.toml")

@@ -13,7 +13,7 @@ from firmware_py.records.manoeuvrability import Manoeuvrability
 from firmware_py.vehicle.manoeuvrability import ManoeuvrabilityModel
 from sim_bridge.plant.plant import PlantError
 from sim_bridge.plant.truth import Truth
-from sternplane.vehicles import munk_moment
+from sternplane.vehicles import dimensions, munk_moment
 from sternplane.vehicles.finding import Finding, Grade, graded
 from sternplane.vehicles.limits import Files, contradictions, top_shaft
 from sternplane.vehicles.stability import Poles, doubling_time, poles_over, righting
@@ -84,6 +84,7 @@ def by_files(files: Files, poles: Sequence[Poles], able: Manoeuvrability) -> Ite
         able: what the vehicle file can do.
     """
     yield from contradictions(files)
+    yield from dimensions.judged(files.vehicle, files.truth)
     yield from _stability(files, poles)
     yield from _trim(files, files.autopilot.guidance.cruise_speed)
     yield from _authority(files, able)
@@ -221,6 +222,9 @@ def _belief(files: Files, turns: dict[float, Turn], able: Manoeuvrability) -> It
         wide = graded("belief", turn.radius / asked, 1.0, 1.5, text)
         if wide.grade is not Grade.PASS:
             yield wide
+            return
+        if 1.0 / able.turn > _BELIEF * turn.radius:
+            yield Finding("belief", Grade.WARN, f"{text}, which the laws are made from: check L and N_dr of both files")
             return
     if off > _BELIEF and not believed.diverged:
         text += "; N_v, N_r, Y_v, Y_r or N_dr of vehicle.toml and truth.toml are of two hulls"
