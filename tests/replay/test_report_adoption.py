@@ -14,6 +14,7 @@ from sternplane.logs.health_record import Timeline
 from sternplane.logs.reading import Columns, Piece
 from sternplane.report.adoption_table import adoption_section
 from sternplane.report.design_plot import design_plot
+from sternplane.report.error_plots import error_plots
 
 from firmware_py.adapters.installation import configs
 from firmware_py.records.adoption import Refusal, Source
@@ -168,6 +169,36 @@ def test_one_adoption_is_told_alike_wherever_it_is_told() -> None:
     plot = design_plot(columns | {"adopted.caution": np.ones(6)}, designs, "Coefficients", go.Figure())
     assert plot is not None
     assert f"Depth law: vehicle file, {adopted_text(depth)}. Heading law: vehicle file." in plot.note
+
+
+def test_what_an_earlier_flight_learned_is_told_apart_from_what_this_one_confirmed() -> None:
+    found = AdoptionFigures(a_run())
+    found.add(piece([Source.PASSPORT] * 3, [0.55] * 3, [0.1] * 3))
+    found.add(piece([Source.LEARNED, Source.PASSPORT], [0.54, 0.55], [0.1, 0.1], begin=3))
+    assert found.summary is not None
+    depth, heading = found.summary["laws"]["depth"], found.summary["laws"]["heading"]
+    assert (depth["earlier_s"], depth["first_s"], heading["earlier_s"]) == (0.0, 3.0, None)
+    assert adopted_text(depth) == "from the earlier flight at 0 s, confirmed at 3.0 s"
+    assert adopted_text({**depth, "adopted_s": None}) == "from the earlier flight at 0 s, in part confirmed at 3.0 s"
+    both = {**depth, "first_s": None, "adopted_s": None}
+    assert adopted_text(both) == "from the earlier flight at 0 s, not confirmed"
+    (section,) = adoption_section({"adoption": found.summary, "learned": None})
+    laws, coefficients = section.tables
+    assert laws.rows[0][1:3] == ["earlier flight at 0.0 s; confirmed 3.0 s", "3.0 s"]
+    assert [row[2] for row in coefficients.rows[:2]] == ["–", "0.0 s, earlier flight"]
+
+
+@pytest.mark.parametrize(("begin", "height"), [(400.0, 4.0), (10.0, 20.0)])
+def test_an_error_before_the_first_fix_does_not_hide_those_after_it(begin: float, height: float) -> None:
+    """Some 400 m off before the first fix, by a position that was kept; 2 m after it."""
+    t, count = np.arange(100.0), 10
+    away = np.where(t < count, begin, 2.0)
+    sigma = np.where(t < count, 8.5 + 0.1 * t, 1.0)
+    c = {"t": t, "away": away, "state.position_std": sigma, "state.depth_std": sigma, "depth_off": 0.0 * t}
+    drawn = SimpleNamespace(c=c, steered=False, truth=True)
+    plot = next(iter(error_plots(drawn, lambda _: go.Figure())))  # type: ignore[arg-type]
+    assert plot.figure.layout.yaxis.autorangeoptions.clipmax == pytest.approx(1.05 * height)
+    assert ("400 m before the first measurement, beyond the plot" in plot.note) == (begin > 20.0)
 
 
 def test_a_law_that_stays_with_the_vehicle_file_tells_why() -> None:

@@ -50,7 +50,13 @@ def design_states(c: Columns, law: str) -> Array:
 
 def adopted_text(one: Mapping[str, Any]) -> str:
     """Return since when a law's values are learned, from its entry in the summary: the one sentence that tells it."""
-    first, whole = one["first_s"], one["adopted_s"]
+    first, whole, earlier = one["first_s"], one["adopted_s"], one.get("earlier_s")
+    if earlier is not None:
+        begun = f"from the earlier flight at {earlier:.0f} s"
+        if first is None or whole is None:
+            return f"{begun}, {'not confirmed' if first is None else f'in part confirmed at {first:.1f} s'}"
+        part = "" if first == whole else f"in part confirmed at {first:.1f} s, "
+        return f"{begun}, {part}confirmed at {whole:.1f} s"
     if first is None:
         return "never"
     if whole is None:
@@ -75,6 +81,7 @@ class AdoptionFigures:
         self._used = False
         self._first: dict[str, float] = {}
         self._t: dict[str, float] = {}
+        self._earlier: dict[str, float] = {}
         self._moved: dict[str, float] = {}
         self._refused: dict[str, tuple[Refusal, Source]] = {}
         self._last: dict[str, float] = {}
@@ -102,6 +109,9 @@ class AdoptionFigures:
             complete = designed_from(c, law)
             source = c.get(f"adopted.{law}.source", np.empty(0))
             self._used |= bool((source != Source.FILE).any())
+            begun = law in self._first or law in self._earlier
+            if not begun and (source == Source.PASSPORT).any():
+                self._earlier[law] = float(c["t"][int(np.argmax(source == Source.PASSPORT))])
             if law not in self._first and (source == Source.LEARNED).any():
                 self._first[law] = float(c["t"][int(np.argmax(source == Source.LEARNED))])
             if law not in self._t and complete.any():
@@ -138,6 +148,7 @@ class AdoptionFigures:
         said: dict[str, Any] = {
             "laws": {
                 law: {
+                    "earlier_s": self._earlier.get(law),
                     "first_s": self._first.get(law),
                     "adopted_s": self._t.get(law),
                     "rms_before": before.rms,

@@ -83,7 +83,8 @@ def summarise(log: Run) -> Summary:
     east), turbulence_m_s, rejected, dropped, resets; and taught: when each learning manoeuvre was over (s), and the
     sentence on what it taught and what not. not_valid_because: of each coefficient, and of all that are not valid in
     one line (`LearningReasons`). not_learned_because: why learned is None, None where it is not known.
-    adoption: None if no law ever used what was learned; else by law, depth and heading: first_s, from when some of its
+    adoption: None if no law ever used what was learned; else by law, depth and heading: earlier_s, from when it was
+    designed from what an earlier flight learned (None: never), first_s, from when some of its
     values were learned in this flight, adopted_s, from when its design was of such values alone (None: never),
     rms_before and rms_after, of the tracking errors as above (m, deg) up to then and from then on, rms_moving_before
     and rms_moving_after of those while the reference dives or turns (None: too little or too unlike), and the design

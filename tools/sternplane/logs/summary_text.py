@@ -247,7 +247,8 @@ def _adopted(summary: Summary) -> Rows:
         if None not in errors:
             label = f"{law} error in {'dives' if law == 'depth' else 'turns'} (RMS)"
             before, after = map(form.format, errors)
-            found.append((label, f"{before} before all was learned, {after} after"))
+            what = "it was confirmed" if one.get("earlier_s") is not None else "all was learned"
+            found.append((label, f"{before} before {what}, {after} after"))
     known = [one for one in adoption["coefficients"].values() if one["error_before_pct"] is not None]
     if known:
         worst = [max(abs(one[key]) for one in known) for key in ("error_before_pct", "error_after_pct")]

@@ -52,7 +52,10 @@ def adoption_section(summary: Summary) -> Iterator[Section]:
     learned = (summary["learned"] or {}).get("coefficients", {})
     valid = {name: "yes" if one["valid"] else "no" for name, one in learned.items()}
     laws = [_law(name, one) for name, one in adoption["laws"].items()]
-    coefficients = [_coefficient(name, one, valid.get(name, "–")) for name, one in adoption["coefficients"].items()]
+    earlier = {one.get("earlier_s") for one in adoption["laws"].values()} - {None}
+    coefficients = [
+        _coefficient(name, one, valid.get(name, "–"), earlier) for name, one in adoption["coefficients"].items()
+    ]
     tables = (Table(laws, head=_LAWS, style="numbers"), Table(coefficients, head=_COEFFICIENTS, style="numbers"))
     title = "Adoption: what the laws were designed from"
     yield Section(title, notes=(_NOTE,), tables=tables, wide=True, anchor="adoption")
@@ -64,11 +67,15 @@ def _law(name: str, one: dict[str, Any]) -> list[str]:
     poles = ", ".join(_text(pole, ".3g") for pole in now["poles"])
     strengths = [_text(design[key], ".3g") for key in ("s_b", "authority") for design in (file, now)]
     times = [_text(one[key], ".1f", " s") for key in ("first_s", "adopted_s")]
+    if (earlier := one.get("earlier_s")) is not None:
+        times[0] = f"earlier flight at {earlier:.1f} s; confirmed {times[0]}"
     return [name, *times, *errors, poles, *strengths]
 
 
-def _coefficient(name: str, one: dict[str, Any], valid: str) -> list[str]:
-    values = [_text(one["file"], ".4g"), _text(one["adopted_s"], ".1f", " s"), _text(one["in_force"], ".4g")]
+def _coefficient(name: str, one: dict[str, Any], valid: str, earlier: set[float]) -> list[str]:
+    first = _text(one["adopted_s"], ".1f", " s")
+    first += ", earlier flight" if one["adopted_s"] in earlier else ""
+    values = [_text(one["file"], ".4g"), first, _text(one["in_force"], ".4g")]
     errors = [_text(one[key], "+.3g", " %") for key in ("error_before_pct", "error_after_pct")]
     return [name, *values, valid, _text(one["truth"], ".4g"), *errors]
 

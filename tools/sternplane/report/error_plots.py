@@ -69,8 +69,11 @@ def _within(
     (error, low, high), figure = lines, figure_of("error, m")
     band(figure, t, low, high, "3 σ")
     line(figure, t, error, "error", ESTIMATE)
-    worst = float(np.nanmax(np.abs(error), initial=0.0))
-    top, reach = max(2.0 * worst, least), float(np.nanmax(high[_known_from(high) :], initial=0.0))
+    known, size = _known_from(high), np.abs(error)
+    first, worst = (float(np.nanmax(part, initial=0.0)) for part in (size[:known], size[known:]))
+    if first <= _HELD * worst:
+        worst = max(worst, first)
+    top, reach = max(2.0 * worst, least), float(np.nanmax(high[known:], initial=0.0))
     if reach <= _HELD * worst:
         top = max(top, reach)
     bottom = -top if low.min() < 0.0 else 0.0
@@ -80,6 +83,8 @@ def _within(
         note += ", beyond the plot"
     elif high.max() > top:
         note += f"; at first {high.max():.3g} m, beyond the plot"
+    if first > top:
+        note += f". The error was {first:.3g} m before the first measurement, beyond the plot"
     note += "."
     return Plot(title, note, figure)
 
