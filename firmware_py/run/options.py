@@ -64,15 +64,15 @@ def add_config(parser: argparse.ArgumentParser, what: str, files: str = "vehicle
     add_settings(parser, files)
 
 
-def add_settings(parser: argparse.ArgumentParser, files: str) -> None:
-    """Add what sets single keys of files."""
+def add_settings(parser: argparse.ArgumentParser, files: str, example: str = "vehicle.M_q=-0.05") -> None:
+    """Add what sets single keys of files; `example` is one that is taken."""
     parser.add_argument(
         "--set",
         dest="settings",
         action="append",
         default=[],
         metavar="KEY=VALUE",
-        help=f"a key of {files}, in its unit, such as vehicle.M_q=-0.05; may be repeated",
+        help=f"a key of {files}, in its unit, such as {example}; may be repeated",
     )
 
 

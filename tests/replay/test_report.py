@@ -453,3 +453,14 @@ def test_an_unwritable_folder_is_one_line(flown: Path, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(LogError, match="file: the report cannot be written"):
         report.write_report(read(flown), tmp_path / "file")
+
+
+def test_what_was_set_upon_the_sea_stands_beside_the_words_of_the_scenario(
+    tmp_path: Path, toy: SimpleNamespace
+) -> None:
+    settings = {"truth.current_m_s": 0.3, "autopilot.control.law": "pid"}
+    log = read(toy.fly(tmp_path / "log.mcap", description="In a current of 0.1 m/s.", settings=settings))
+    assert (
+        "In a current of 0.1 m/s. Other than that: truth.current_m_s = 0.3."
+        in Page(flight_page.flight_page(log, summarise(log))).words
+    )

@@ -419,3 +419,9 @@ def test_a_heading_that_the_estimate_has_wrong_is_told_apart_from_one_that_is_st
     s = summarise(log)
     assert s["heading_estimate_error_mean_deg"] == pytest.approx(0.3)
     assert s["heading_tracking_error_rms_deg"] == pytest.approx(0.2)
+
+
+def test_scenario_and_seed_stand_in_it_beside_what_was_set(tmp_path: Path, toy: SimpleNamespace) -> None:
+    settings = {"truth.current_m_s": 0.3}
+    summary = summarise(read(toy.fly(tmp_path / "log.mcap", settings=settings)))
+    assert (summary["scenario"], summary["seed"], summary["settings"]) == ("toy", 1, settings)

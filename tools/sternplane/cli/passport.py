@@ -42,16 +42,23 @@ def lines(found: Mapping[str, Any]) -> Iterator[str]:
     serial = f", serial number {vehicle['serial']}" if vehicle.get("serial") else ""
     yield f"{vehicle['name']}{serial}, {vehicle['length_m']:g} m, {len(vehicle['fins'])} fins; kept {found['date']}"
     yield f"{'':10}{'vehicle file':>14}{'learned':>14}{'change':>9}{'1 sigma':>9}"
-    rows = [*zip(*model[:3], model.std, model.valid, strict=True)]
-    yield from _rows(row for row in rows if row[4])
+    learned = [*zip(*model[:3], model.std, model.valid, strict=True)]
+    yield from rows(row for row in learned if row[4])
     if not all(model.valid):
         yield "not valid: no law goes by them, the filter begins with them:"
-        yield from _rows(row for row in rows if not row[4])
-    yield "change and 1 sigma are shares of the vehicle file's value; scales of groups and buoyancy are factors"
+        yield from rows(row for row in learned if not row[4])
+    yield (
+        "change and 1 sigma are shares of the vehicle file's value, in its unit where that is 0; "
+        "scales of groups and buoyancy are factors"
+    )
     yield f"changed against the vehicle file: {against_file(model) or 'nothing by more than 3 sigma and 5 %'}"
 
 
-def _rows(rows: Iterable[tuple[str, float, float, float, bool]]) -> Iterator[str]:
-    for name, file, value, std, _ in rows:
-        share, sigma = (100.0 * (value / file - 1.0), 100.0 * std / abs(file)) if file else (0.0, 0.0)
-        yield f"{name:10}{file:14.6g}{value:14.6g}{share:+8.1f}%{sigma:8.2f}%"
+def rows(learned: Iterable[tuple[str, float, float, float, bool]]) -> Iterator[str]:
+    """Yield the line of each: name, the file's value, what was learned, 1 sigma, whether it is valid."""
+    for name, file, value, std, _ in learned:
+        row = f"{name:10}{file:14.6g}{value:14.6g}"
+        if file:
+            yield f"{row}{100.0 * (value / file - 1.0):+8.1f}%{100.0 * std / abs(file):8.2f}%"
+        else:  # of 0 nothing is a share
+            yield f"{row}{value - file:+9.2g}{std:9.2g}"

@@ -9,6 +9,9 @@ from typing import Any
 from firmware_py.run import options as vehicle
 from sternplane.cli.hardware_commands import Lazily
 
+_EXAMPLE = "autopilot.estimation.coefficients.turbulence=[0,0.07]"
+"""What each study and the paper take, which have vehicles of their own."""
+
 
 def add_studies(commands: Any, lazily: Lazily) -> None:
     """Add `study` and `paper` to the sub-commands."""
@@ -66,7 +69,8 @@ def add_studies(commands: Any, lazily: Lazily) -> None:
         action="append",
         default=[],
         metavar="TITLE",
-        help="this trial alone, as the report names it, such as off:dvl, without quiet flights; may be repeated",
+        help="this trial alone, as the report names it, such as off:dvl, without quiet flights; may be repeated; list "
+        "prints all of them",
     )
     _add_leaving(safety, "autopilot, vehicle, truth, sensors or io")
     safety.set_defaults(run=lazily("sternplane.study.safety.command", draws=True))
@@ -79,7 +83,7 @@ def add_studies(commands: Any, lazily: Lazily) -> None:
         epilog="Exit status 0 if every EKF row of Table 1 is at or under the paper's, 1 if not, 2 for bad input.",
     )
     paper.add_argument("--out", type=Path, metavar="DIR", help="where to leave them [runs/<stamp>]")
-    vehicle.add_settings(paper, "autopilot, sensors or io, of the flights")
+    vehicle.add_settings(paper, "autopilot, sensors or io, of the flights", _EXAMPLE)
     _add_no_report(paper, "results.json, and make no report.html and no figures")
     paper.set_defaults(run=lazily("sternplane.paper.command", draws=True))
 
@@ -95,7 +99,7 @@ def _add_seeds(study: argparse.ArgumentParser, counted: str, short: str) -> None
 def _add_leaving(study: argparse.ArgumentParser, keys: str) -> None:
     """Add where a study leaves its files, which `keys` may be set, and whether there is a report."""
     study.add_argument("--out", type=Path, metavar="DIR", help="where they are left [runs/<stamp>]")
-    vehicle.add_settings(study, keys)
+    vehicle.add_settings(study, keys, _EXAMPLE)
     _add_no_report(study)
 
 

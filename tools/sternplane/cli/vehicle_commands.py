@@ -23,8 +23,9 @@ def _add_import(ways: Any, lazily: Lazily) -> None:
         "import",
         help="a published table of derivatives, made into a configuration that can be flown",
         description="Reads derivatives and particulars under the names of SNAME, MSS, Fossen or Prestero (Y_v, Yuv, "
-        "Yuudr, Nr|r|, Xudot), in SI or prime, and leaves vehicle.toml, truth.toml, autopilot.toml, sensors.toml and "
-        "io_sitl.toml. Says what became of each number, what was assumed, and what the model does not have.",
+        "Yuudr, Nr|r|, Xudot), in SI or prime, and leaves vehicle.toml, truth.toml, autopilot.toml, sensors.toml, "
+        "io_sitl.toml and first_flight.toml. Says what became of each number, what was assumed, and what the model does "
+        "not have.",
         epilog="examples:\n"
         "  sternplane vehicle import remus.csv --out myboat --speed 1.54\n"
         "  sternplane vehicle import suboff.toml --out suboff --form prime --coriolis\n"

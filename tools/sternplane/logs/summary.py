@@ -94,6 +94,7 @@ def summarise(log: Run) -> Summary:
     adoption_refused: by law, why it is designed from the vehicle file alone at the end; {} where it is not.
     limits: by name what the vehicle could do, by the coefficients in force and what was left of its fins: at the
     begin, at its worst and at the end (`manoeuvrability.LimitFigures`).
+    scenario, seed: of the flight, None where it has none.
     settings: what was set upon the files (--set), key to value. cycles, complete, lost, events: of the log.
     notes: sentences on the state of an earlier run.
     """
@@ -112,6 +113,7 @@ def summarise(log: Run) -> Summary:
     circle, zigzag = manoeuvres.circle(), manoeuvres.zigzag()
     reason = end.get("reason") or (f"the log is {log.lost}" if log.lost else "the run was ended")
     summary: Summary = {
+        **{key: log.header.get(key) for key in ("scenario", "seed")},
         "completed": end.get("completed", False),
         "reason": reason,
         "surfaced": end.get("surfaced", False),

@@ -60,7 +60,7 @@ def flight_page(log: Run, summary: Summary) -> str:
         title=str(header.get("scenario", "run")),
         status=outcome(summary),
         mood="warn" if summary["surfaced"] else {True: "good", False: "bad"}.get(summary["completed"], "neutral"),
-        description=str(header.get("description", "")),
+        description=_description(header),
         identity=[line for line in (_identity(header), steering_text(header)) if line],
         warnings=_warnings(log, summary),
         key_figures=key_figures(summary),
@@ -70,6 +70,15 @@ def flight_page(log: Run, summary: Summary) -> str:
         footnote=_footnote(figures),
     )
     return render(page)
+
+
+def _description(header: Mapping[str, Any]) -> str:
+    """Return the scenario's words, with what was set upon the simulated vehicle and sea, which they do not know."""
+    laid = [
+        f"{k} = {_value(v)}" for k, v in header.get("settings", {}).items() if k.startswith(("truth.", "scenario."))
+    ]
+    words = str(header.get("description", ""))
+    return f"{words} Other than that: {', '.join(laid)}." if words and laid else words
 
 
 def _events(log: Run) -> list[tuple[Any, ...]]:

@@ -9,6 +9,7 @@ import hashlib
 import os
 import re
 import socket
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from itertools import count, takewhile
 from pathlib import Path
@@ -63,6 +64,10 @@ def command(options: argparse.Namespace) -> int:
     if aboard := [text for text in options.fault if parse_fault(text).kind.aboard]:
         raise UsageError(f"--fault {aboard[0]}: strikes the vehicle, not the plant; fly it with `sternplane sitl`")
     flight = prepare(requested(options), {})
+    for setting in parse_settings(options.settings):
+        if setting.file == "autopilot" and setting.path != ("rate_hz",):
+            said = f"--set {setting.key}: the plant does not fly by it; set it for the vehicle, python -m firmware_py"
+            print(f"sternplane: {said}", file=sys.stderr)
     if options.lines:
         _make_folder(options.lines, "--lines")
         flight = dataclasses.replace(flight, io=at_desk(flight.io, options.lines))

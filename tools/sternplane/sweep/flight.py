@@ -19,7 +19,19 @@ SCENARIO_FILE = "scenario.toml"
 _LEFT_OUT = frozenset(
     {
         *("wall_time_s", "speed_up", "late_cycles", "lateness", "losses", "losses_seen_s", "received"),
-        *("complete", "lost", "after_log", "settings", "faults", "faults_not_begun", "notes", "events", "adoption_off"),
+        *(
+            "scenario",
+            "seed",
+            "complete",
+            "lost",
+            "after_log",
+            "settings",
+            "faults",
+            "faults_not_begun",
+            "notes",
+            "events",
+            "adoption_off",
+        ),
     }
 )
 """Of the summary: what the computer's speed decides, and what no table holds."""

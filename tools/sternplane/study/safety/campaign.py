@@ -77,7 +77,7 @@ def trials_of(titles: Sequence[str]) -> list[Trial]:
     for title in titles:
         if title not in TRIALS:
             near = difflib.get_close_matches(title, TRIALS, n=3)
-            meant = f"did you mean {' or '.join(map(quoted, near))}?" if near else "the report and README name them all"
+            meant = f"did you mean {' or '.join(map(quoted, near))}?" if near else "--trial list names them all"
             raise UsageError(f"--trial {quoted(title)}: is unknown; {meant}")
     return [TRIALS[title] for title in dict.fromkeys(titles)]
 

@@ -16,13 +16,15 @@ from sternplane.sitl.taken_settings import Takes, taken, told
 from sternplane.study.begun_with import refuse_other
 from sternplane.study.command import JUDGED_FROM, leave_results, print_missed, print_places, refuse_values
 from sternplane.study.rows import Row
-from sternplane.study.safety.campaign import SEEDS, jobs
+from sternplane.study.safety.campaign import SEEDS, TRIALS, jobs
 from sternplane.study.safety.flight import vehicle_of
 from sternplane.study.safety.page import page
 from sternplane.study.safety.pool import fly_all
 from sternplane.study.safety.store import FILE, Store
 from sternplane.study.safety.verdict import rows
 
+LIST = "list"
+"""Of --trial: what there is."""
 TAKES = Takes(
     ("autopilot", "vehicle", "truth", "sensors", "io"),
     "the safety study sets mission, faults and sea itself; it takes keys of autopilot, vehicle, truth, sensors and io",
@@ -31,7 +33,10 @@ TAKES = Takes(
 
 
 def command(options: argparse.Namespace) -> int:
-    """Run the campaign; return 0 if no flight is unsafe and every target is met, else 1."""
+    """Run the campaign, or list its trials; return 0 if no flight is unsafe and every target is met, else 1."""
+    if LIST in options.trial:
+        print("\n".join(TRIALS))
+        return 0
     seeds = seeds_of(options.seeds, range(JUDGED_FROM, JUDGED_FROM + SEEDS))
     wanted, revision = jobs(seeds, options.short, options.trial), provenance.git_revision()
     settings = taken(options.settings, TAKES)
