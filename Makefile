@@ -18,8 +18,8 @@ sitl: setup ## fly the demonstration mission and leave a report under runs/
 
 gcs: setup ## fly in real time, and wait for a ground station; ARGS="--state DIR" keeps what it changes
 	@echo "QGroundControl finds it; MAVProxy: --master=tcp:127.0.0.1:5760; MAVSDK: udpin://127.0.0.1:14540; Ctrl-C ends it"
-	@$(BIN)/sternplane sitl --pace realtime --scenario station --gcs udpout:127.0.0.1:14550 \
-		--gcs tcpin:127.0.0.1:5760 --gcs udpout:127.0.0.1:14540:generic $(ARGS) || [ $$? -eq 1 ]
+	@trap ended=1 INT; $(BIN)/sternplane sitl --pace realtime --scenario station --gcs udpout:127.0.0.1:14550 \
+		--gcs tcpin:127.0.0.1:5760 --gcs udpout:127.0.0.1:14540:generic $(ARGS) || [ $$? -eq 1 ] || [ -n "$$ended" ]
 
 # Two at a time: the tests that fly in real time bear one neighbour. Both import all of it, and so do the processes that they
 # start: bytecode is kept, whatever the environment asks for. File by file, for the sake of what a file shares; flights
