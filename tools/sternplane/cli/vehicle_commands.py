@@ -24,8 +24,8 @@ def _add_import(ways: Any, lazily: Lazily) -> None:
         help="a published table of derivatives, made into a configuration that can be flown",
         description="Reads derivatives and particulars under the names of SNAME, MSS, Fossen or Prestero (Y_v, Yuv, "
         "Yuudr, Nr|r|, Xudot), in SI or prime, and leaves vehicle.toml, truth.toml, autopilot.toml, sensors.toml, "
-        "io_sitl.toml and first_flight.toml. Says what became of each number, what was assumed, and what the model does "
-        "not have.",
+        "io_sitl.toml and first_flight.toml. Says what became of each number, what was assumed, and what the model "
+        "does not have.",
         epilog="examples:\n"
         "  sternplane vehicle import remus.csv --out myboat --speed 1.54\n"
         "  sternplane vehicle import suboff.toml --out suboff --form prime --coriolis\n"

@@ -12,7 +12,7 @@ _SLENDER = (2.0, 25.0)
 """Lengths over the mean of height and width between which hulls with fins lie."""
 _FULL = (0.2, 5.0)
 """What is displaced over length, height and width. A hull fills 0.5 to 0.8 of that box, and a published section may be
-half as wide and high as the true one, as that of NPS AUV II: beyond these bounds a dimension is off by several times."""
+half as wide and high as the true one, as that of NPS AUV II: beyond these bounds a dimension is off several times."""
 _SAME_LENGTH = 0.02
 _SAME = 0.1
 
