@@ -280,6 +280,10 @@ def test_coming_up_has_no_reference_of_depth(tmp_path: Path, toy: SimpleNamespac
     assert np.isnan(depth[25:]).all()
     assert np.isfinite(heading[25:]).all()
     assert np.isnan(traces(log, "Tracking error")["depth"][25:]).all()
+    log.columns["mode.mode"] = np.where(log.columns["t"] < 2.5, Mode.MANUAL, Mode.SURFACE)
+    plots = {plot.title: plot.note for plot in figures.Figures(log)}
+    assert "Tracking error" not in plots
+    assert "No depth and no path was to be kept." in plots["Heading error"]
 
 
 def test_a_depth_that_is_not_known_is_drawn_apart_and_named_so(tmp_path: Path, toy: SimpleNamespace) -> None:
@@ -389,7 +393,7 @@ def test_one_warning_tells_of_the_sensors_that_were_not_believed(tmp_path: Path,
     for what, value in (("state", SourceState.SUSPECT), ("fault", SourceFault.FROZEN)):
         log.columns[f"state.sensors.pressure.{what}"] = np.where(np.arange(300) < 50, 0, value).astype(np.int8)
     (warning,) = re.findall(r'<p class="warning">(.*?)</p>', flight_page.flight_page(log, summarise(log)))
-    assert warning == "Sensors not believed: pressure frozen, from 0.5 s, 2.5 s in all."
+    assert warning == "Sensors not believed: pressure: frozen, from 0.5 s, 2.5 s in all."
 
 
 def test_one_warning_tells_of_all_that_failed_of_fins_and_propeller(tmp_path: Path, toy: SimpleNamespace) -> None:

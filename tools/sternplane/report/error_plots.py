@@ -26,8 +26,11 @@ def error_plots(drawn: Drawn, figure: Callable[[str], Any]) -> Iterator[Plot]:
     """
     c, t = drawn.c, drawn.c["t"].astype(np.float32)
     if drawn.steered:
-        yield _tracking(drawn, t, figure("error, m"))
-        yield _heading(drawn, t, figure("error, degrees"))
+        off = np.isfinite(c["depth_error"]).any() or np.isfinite(c["path_error"]).any()
+        if off:
+            yield _tracking(drawn, t, figure("error, m"))
+        heading = _heading(drawn, t, figure("error, degrees"))
+        yield heading if off else heading._replace(note=f"{heading.note} No depth and no path was to be kept.")
     if drawn.truth:
         horizontal, vertical = 3.0 * c["state.position_std"], 3.0 * c["state.depth_std"]
         said, nothing = "Distance from estimate to truth, without a sign.", 0.0 * horizontal

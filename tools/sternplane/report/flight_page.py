@@ -122,7 +122,7 @@ def _warnings(log: Run, summary: Summary) -> list[str]:
 def _doubts(summary: Summary) -> list[str]:
     """Return one warning of all sensors that were not believed; none if all were."""
     sensors = summary["health"]["sensors"].items()
-    told = "; ".join(f"{sensor_text(name)} {faults_text(one)}" for name, one in sensors)
+    told = "; ".join(f"{sensor_text(name)}: {faults_text(one)}" for name, one in sensors)
     return [f"Sensors not believed: {told}."] if told else []
 
 
