@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 import shutil
 from collections.abc import Sequence
@@ -161,3 +162,14 @@ def test_another_mass_or_section_in_truth_is_told(tmp_path: Path) -> None:
     told = found(boat)
     assert wrong(told, "hull", "body.mass_kg = 5454.54 in vehicle.toml, 4000 in truth.toml")
     assert wrong(told, "hull", "hull.width_m = 0.53 in vehicle.toml, 0.9 in truth.toml")
+
+
+def test_what_is_doubtful_says_why_and_what_to_do(tmp_path: Path) -> None:
+    boat = Path(shutil.copytree(configs() / "npsauv2", tmp_path / "boat"))
+    files = read_files(boat)
+    radius = max(check(files).turns.items())[1].radius
+    guidance = dataclasses.replace(files.autopilot.guidance, turn_radius=radius / 0.8)
+    told = check(files._replace(autopilot=dataclasses.replace(files.autopilot, guidance=guidance))).findings
+    assert wrong(told, "turn", f"raise guidance.turn_radius_m to {radius / 0.7:.1f}")
+    assert not wrong(told, "trim")
+    assert not any("to steer with" in one.text for one in told)

@@ -142,7 +142,9 @@ def _trim(files: Files, cruise: float) -> Iterator[Finding]:
     held = level(vehicle, cruise)
     pitch, planes = (math.degrees(angle) for angle in (held.theta, held.delta_s))
     text = f"level at {cruise:g} m/s with {pitch:+.1f} deg of pitch and {planes:+.1f} deg of stern planes, "
-    yield graded("trim", held.share, 0.5, 0.9, f"{text}{100.0 * held.share:.0f} % of their travel")
+    text += f"{100.0 * held.share:.0f} % of their travel"
+    mend = "more than half leaves too little to steer with: check weight, buoyancy and their centres, or cruise faster"
+    yield graded("trim", held.share, 0.5, 0.9, text, mend)
 
 
 def _authority(files: Files, able: Manoeuvrability) -> Iterator[Finding]:
@@ -155,6 +157,7 @@ def _authority(files: Files, able: Manoeuvrability) -> Iterator[Finding]:
         control.u_min,
         slowest,
         f"{text}; control.u_min_m_s = {control.u_min:g}, slowest speed of guidance {slowest:g}",
+        f"slower, planes do not answer as laws expect: raise control.u_min_m_s to {able.speed:.2f}, or fly faster",
     )
     steepest = math.degrees(able.slope)
     text = f"pulls up within 3 m from a dive of {min(steepest, 90.0):.0f} deg; guidance.pitch_max_deg = "
@@ -168,7 +171,9 @@ def _speed(files: Files) -> Iterator[Finding]:
     reached = steady_speed(files.truth, min(propeller.n_trim, top_shaft(files)[0]), propeller.u_trim)
     off = reached / propeller.u_trim - 1.0
     text = f"the simulated vehicle swims {reached:.3f} m/s at {60.0 * propeller.n_trim:g} rpm, and u_trim_m_s = "
-    yield graded("speed", abs(off), 0.03, 0.1, f"{text}{propeller.u_trim:g} ({100.0 * off:+.1f} %)")
+    text += f"{propeller.u_trim:g} ({100.0 * off:+.1f} %)"
+    mend = "without DVL the vehicle goes by that speed: correct u_trim_m_s, n_trim_rpm or C_d0"
+    yield graded("speed", abs(off), 0.03, 0.1, text, mend)
 
 
 def _turns(files: Files, cruise: float) -> dict[float, Turn]:
@@ -195,12 +200,16 @@ def _turning(files: Files, turns: dict[float, Turn], able: Manoeuvrability) -> I
     if turn.rate > 0.0:
         yield Finding("turn", Grade.FAIL, text)
     else:
-        yield graded("turn", turn.radius / guidance.turn_radius, 0.7, 1.0, text)
+        mend = "over 0.7 of it, fins that are weaker or a current leave no circle: raise guidance.turn_radius_m to "
+        mend += f"{turn.radius / 0.7:.1f}"
+        yield graded("turn", turn.radius / guidance.turn_radius, 0.7, 1.0, text, mend)
     asked, does = math.degrees(guidance.turn_rate_max), math.degrees(abs(turn.rate))
     text = f"guidance.turn_rate_max_deg_s = {asked:g}; full rudder turns {does:.1f} deg/s at cruising speed"
-    yield graded("turn rate", asked / does, 0.8, 1.0, text)
+    mend = f"more than 0.8 of that leaves the law little rudder: lower guidance.turn_rate_max_deg_s to {0.8 * does:.1f}"
+    yield graded("turn rate", asked / does, 0.8, 1.0, text, mend)
     text = f"rolls {math.degrees(turn.roll):.0f} deg in that turn, drift {math.degrees(turn.drift):+.0f} deg"
-    yield graded("roll in turn", turn.roll, math.radians(20.0), math.radians(45.0), text)
+    mend = "beyond 20 deg rudders dive and planes turn: lower guidance.turn_rate_max_deg_s, or check z_G and K_p"
+    yield graded("roll in turn", turn.roll, math.radians(20.0), math.radians(45.0), text, mend)
     yield from _belief(files, turns, able)
 
 

@@ -22,7 +22,10 @@ class Finding(NamedTuple):
     text: str
 
 
-def graded(topic: str, value: float, warn: float, fail: float, text: str) -> Finding:
-    """Return a finding of a value that should be small: doubtful above `warn`, wrong above `fail`, or no number."""
+def graded(topic: str, value: float, warn: float, fail: float, text: str, mend: str = "") -> Finding:
+    """Return a finding of a value that should be small: doubtful above `warn`, wrong above `fail`, or no number.
+
+    Where it is not good, `mend` is said behind the text: why, and what to do.
+    """
     grade = Grade.PASS if value <= warn else Grade.WARN if value <= fail else Grade.FAIL
-    return Finding(topic, grade, text)
+    return Finding(topic, grade, text if grade is Grade.PASS or not mend else f"{text}; {mend}")
