@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 
+import pytest
+from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 from sternplane.plain_console import PlainConsole
@@ -23,3 +25,24 @@ def test_texts_are_no_markup_and_send_no_escape_sequence() -> None:
         assert shown in said
     assert "\x1b" not in said
     assert "\x07" not in said
+
+
+def test_in_a_pipe_no_line_is_wrapped_or_filled_up_and_on_a_terminal_none_is_wider(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("COLUMNS", "40")
+    words = "jammed, at 68.4 s, and not believed from then on, in all 12 s"
+    for terminal in (False, True):
+        out = io.StringIO()
+        table = Table(box=None, show_header=False)
+        table.add_column()
+        table.add_column(overflow="fold")
+        table.add_row("rudder_upper", words)
+        table.add_row("a", "b")
+        PlainConsole(file=out, force_terminal=terminal, color_system=None).print(table, Padding("end", (0, 2)))
+        lines = out.getvalue().splitlines()
+        if terminal:
+            assert max(map(len, lines)) <= 40
+        else:
+            assert [line.split(None, 1) for line in lines] == [["rudder_upper", words], ["a", "b"], ["end"]]
+            assert lines == [line.rstrip() for line in lines]
