@@ -86,7 +86,7 @@ def read_configuration(
             or vehicle.toml times its factors, or either with what is set; vehicle.toml as it stands is checked later.
     """
     if not os.path.isdir(folder):
-        raise ParamError(f"{folder}: there is no such configuration folder; configs/npsauv2 is an example")
+        raise no_folder(folder)
     files = {name: folder / f"{name}.toml" for name in ("vehicle", "autopilot")}
     configuration = {
         "files": {name: str(path) for name, path in files.items()},
@@ -99,6 +99,13 @@ def read_configuration(
             configuration[name], where = lay_settings(cls, configuration[name], of_this, str(files[name]))
             load(cls, configuration[name], where)
     return with_kept_changes(configuration, state)
+
+
+def no_folder(path: Path) -> ParamError:
+    """Return the error of what is no configuration folder: a file of one is told apart."""
+    if path.is_file():
+        return ParamError(f"{path}: is a file; give its folder, {path.parent}")
+    return ParamError(f"{path}: there is no such configuration folder; configs/npsauv2 is an example")
 
 
 def with_kept_changes(configuration: Configuration, state: Path | None) -> dict[str, Any]:

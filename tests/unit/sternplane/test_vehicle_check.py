@@ -173,3 +173,8 @@ def test_what_is_doubtful_says_why_and_what_to_do(tmp_path: Path) -> None:
     assert wrong(told, "turn", f"raise guidance.turn_radius_m to {radius / 0.7:.1f}")
     assert not wrong(told, "trim")
     assert not any("to steer with" in one.text for one in told)
+
+
+def test_a_file_of_a_configuration_in_the_place_of_its_folder_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["vehicle", "check", str(configs() / "npsauv2" / "vehicle.toml")]) == 2
+    assert f"is a file; give its folder, {configs() / 'npsauv2'}" in capsys.readouterr().err

@@ -18,9 +18,9 @@ def refuse_early(options: argparse.Namespace) -> None:
 
         load_scenario(options.scenario, configs() / "scenarios")
     if getattr(options, "config", None) is not None and not options.config.is_dir():
-        from firmware_py.params import ParamError
+        from firmware_py import config_files
 
-        raise ParamError(f"{options.config}: there is no such configuration folder; configs/npsauv2 is an example")
+        raise config_files.no_folder(options.config)
     if getattr(options, "io", None) is not None:
         from firmware_py.adapters.io_params import IoParams
         from firmware_py.adapters.storage.toml_files import read_toml
