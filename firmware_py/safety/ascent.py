@@ -228,7 +228,7 @@ class Ascent:
             return Step(brake, m.stage is FULL, Cause.DEEPER, (deeper,))
         if m.off > p.pitch_error_time and m.stage not in (LEVEL, WAITING):
             return Step(brake, False, Cause.PITCH_OFF, (v.theta, m.pitch))
-        if v.depth_ok and v.t - m.t_best > p.climb_time + m.gathers:
+        if v.t - m.t_best > p.climb_time + m.gathers and (v.depth_ok or self.witness.is_below(m, v)):
             return Step(brake if m.stage is FULL else STOPPED, True, Cause.NO_CLIMB, (p.climb_time,))
         return None
 

@@ -60,6 +60,11 @@ class SurfaceWitness:
         late = late or v.t - m.t_near > _WAITS * self._params.wait_time
         return late and not (v.depth_ok and v.t - m.t_up <= _DIPS and self._made(m, v.altitude))
 
+    def is_below(self, m: AscentMemory, v: AscentView) -> bool:
+        """Return whether, without a good pressure, both altitude and the depth by dead reckoning tell of the deep."""
+        reckoned = v.attitude_ok and v.speed_ok and v.z > self._submerged
+        return reckoned and math.isfinite(v.altitude) and not self._risen(m, v.altitude)
+
     def climb_time(self, m: AscentMemory) -> float:
         """Return what a climb takes at most, s; a depth beyond the limit is one that ran away."""
         return _MARGIN * clip(m.z_begun, 0.0, self._deepest) / self._climb_rate
