@@ -21,6 +21,9 @@ from firmware_py.marine import clip
 from firmware_py.params import ParamError
 from firmware_py.vehicle.linear_models import LinearModel, Vector3
 
+_FAR = 2.0
+"""In boundary layers: from there on the switching term is spent, tanh(2) = 0.96."""
+
 
 class SlidingModeLaw:
     """An `AxisLaw`. Its memory is the fin angle (rad) that balances the steady disturbance, s'delta_f of Eq. 25.
@@ -49,9 +52,9 @@ class SlidingModeLaw:
         """Return the fin angle (rad, within +-`limit`) and sigma: Eq. 25 (`control_law`) minus the trim angle.
 
         trim_dot = eta sigma / (phi_b s'b integral_time): the slope of the switching term at sigma = 0, over the
-        integral's time. Anti-windup: outside the boundary layer, and at the fin's limit, the trim grows no further. It
-        does become less there, as fast as at the layer's edge: a trim that is wrong, as one that was found at the
-        surface, is more than the switching term can do, and the vehicle would never come back into the layer.
+        integral's time. Anti-windup: outside the boundary layer, and at the fin's limit, the trim grows no further. Far
+        outside, where the switching term can do no more, it becomes less, as fast as at the layer's edge: one that is
+        wrong, as one that was found at the surface, outdoes that term, and the vehicle would never come back.
         """
         design, gains = self._design, self._gains
         delta, sigma = control_law(design, error, delta_ff)
@@ -60,7 +63,7 @@ class SlidingModeLaw:
             slope = design.eta / (design.phi_b * design.s_b * gains.integral_time)
             step = dt * slope * clip(sigma, -design.phi_b, design.phi_b)
             inside = -limit < delta < limit and abs(sigma) < design.phi_b
-            if inside or step * self._trim < 0.0:
+            if inside or (abs(sigma) > _FAR * design.phi_b and step * self._trim < 0.0):
                 self._trim = clip(self._trim + step, -gains.trim_max, gains.trim_max)
         return clip(delta, -limit, limit), sigma
 
