@@ -103,7 +103,7 @@ def read_configuration(
 
 def no_folder(path: Path) -> ParamError:
     """Return the error of what is no configuration folder: a file of one is told apart."""
-    if path.is_file():
+    if os.path.isfile(path):  # Path.is_file raises for a name that is too long
         return ParamError(f"{path}: is a file; give its folder, {path.parent}")
     return ParamError(f"{path}: there is no such configuration folder; configs/npsauv2 is an example")
 

@@ -35,5 +35,5 @@ class PlainConsole(Console):
             return
         with self.capture() as made:
             super().print(*objects, **options)
-        self.file.write("\n".join(line.rstrip(" ") for line in made.get().split("\n")))
-        self.file.flush()
+        whole = "\n".join(line.rstrip(" ") for line in made.get().split("\n"))
+        super().print(Text(whole), end="", soft_wrap=True)  # so that a capture around it catches it

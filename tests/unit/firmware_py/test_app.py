@@ -159,9 +159,14 @@ def test_a_file_that_is_missing_is_named(folder: Path, name: str) -> None:
     assert refused(folder) == f"{folder / name}.toml: cannot be read (No such file or directory)"
 
 
-@pytest.mark.parametrize("name", ["nowhere", "n" * 300, "autopilot.toml"])
+@pytest.mark.parametrize("name", ["nowhere", "n" * 300])
 def test_a_folder_that_is_none_is_named_with_an_example(folder: Path, name: str) -> None:
     assert refused(folder / name).startswith(f"{folder / name}: there is no such configuration folder")
+
+
+def test_of_a_file_that_is_given_for_its_folder_that_is_said() -> None:
+    file = SHIPPED / "autopilot.toml"
+    assert refused(file) == f"{file}: is a file; give its folder, {SHIPPED}"
 
 
 @pytest.mark.parametrize(

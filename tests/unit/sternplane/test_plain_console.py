@@ -46,3 +46,12 @@ def test_in_a_pipe_no_line_is_wrapped_or_filled_up_and_on_a_terminal_none_is_wid
         else:
             assert [line.split(None, 1) for line in lines] == [["rudder_upper", words], ["a", "b"], ["end"]]
             assert lines == [line.rstrip() for line in lines]
+
+
+def test_what_is_captured_from_a_console_in_a_pipe_does_not_come_out_of_it() -> None:
+    file = io.StringIO()
+    console = PlainConsole(file=file)
+    with console.capture() as caught:
+        console.print("within  ")
+    console.print("behind")
+    assert (caught.get(), file.getvalue()) == ("within\n", "behind\n")

@@ -84,7 +84,7 @@ UPPER, PORT, HALF = "lost:rudder_upper@10", "lost:stern_port@10", "weak:rudder_l
         (PLUS, ("weak:rudder_upper=50@2+10", "lost:rudder_upper@4+3"), 0.75, 1.0),
         (PLUS, ("weak:rudder_upper=50@2+5", "lost:rudder_upper@4+20"), 0.5, 1.0),  # still lost
         (PLUS, ("weak:rudder_upper=50@2+5", "lost:rudder_upper@4+5"), 1.0, 1.0),  # both are over
-        (PLUS, ("weak:rudder_upper=50@4", "lost:rudder_upper@4"), 0.75, 1.0),
+        (PLUS, ("weak:rudder_upper=50@4", "lost:rudder_upper@4"), 0.5, 1.0),
         (PLUS, ("lost:rudder_upper@10.4",), 1.0, 1.0),  # not yet
         (with_fins(45.0, 135.0, 45.0, 135.0), ("lost:f1@10",), 0.75, 0.75),
         (with_fins(0.0, 90.0, 210.0, 330.0), ("lost:f1@10",), 1.0 / 3.0, 1.0),

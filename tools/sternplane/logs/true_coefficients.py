@@ -99,10 +99,10 @@ def _shares(header: Mapping[str, Any], t: Array) -> tuple[Array, Array]:
 def _effectiveness(header: Mapping[str, Any]) -> tuple[Array, Array]:
     """Return times, s, (steps,), and what each fin has from then on, (steps, fins).
 
-    As in the plant the newest fault of a fin is in force; of those that begin together, the first that is written.
+    As in the plant the newest fault of a fin is in force; of those that begin together, the last that is written.
     """
     built = {fin["name"]: float(fin["effectiveness"]) for fin in header["truth"]["fins"]}
-    faults = [one for one in faults_of(header) if one.target in built and one.kind.name in _LEAVES][::-1]
+    faults = [one for one in faults_of(header) if one.target in built and one.kind.name in _LEAVES]
     changes = [(one.t, True, i) for i, one in enumerate(faults)]
     changes += [(one.t + one.duration, False, i) for i, one in enumerate(faults) if math.isfinite(one.duration)]
     now, in_force = dict(built), list[int]()
