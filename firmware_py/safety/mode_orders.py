@@ -70,7 +70,7 @@ def without_disarming(order: Order, depth: float) -> tuple[Order, tuple[Event, .
     Disarmed as it is, an order to disarm would leave it there: unforced it is refused, as in flight. `depth` is in m,
     NaN if it is not known.
     """
-    if order.arming is Arming.FORCE_DISARM or not (order.arming is Arming.DISARM or order.mode is Mode.DISARMED):
+    if order.arming is Arming.FORCE_DISARM or not in_hand(order):
         return order, ()
     refused = event(EventKind.MODE_REFUSED, Cause.UNDER_WATER, (depth,), after=Mode.DISARMED, asker=order.asker)
     return replace(order, arming=Arming.KEEP, mode=None), (refused,)
