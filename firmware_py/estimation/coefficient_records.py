@@ -54,6 +54,22 @@ class History(NamedTuple):
     weights: Array
 
 
+class Begun(NamedTuple):
+    """A pass that came to the end of the history: what it began with, and how well that explained it.
+
+    Attributes:
+        mean: state whose parameters its reference knew, (n,).
+        rows: of the history that there were.
+        explained: log-likelihood of the reference over them.
+        most_likely: the filter that was so at its end, in whose eddies the next one begins.
+    """
+
+    mean: Array
+    rows: int
+    explained: float
+    most_likely: int
+
+
 class IterationMemory(NamedTuple):
     """The measurement history, the banks at its beginning and on their way, the reference, and how far all is."""
 
@@ -72,6 +88,7 @@ class IterationMemory(NamedTuple):
     accepted: int
     rejected: int
     lost: float
+    step: tuple[Begun | None, int]
 
 
 class EkfMemory(NamedTuple):

@@ -14,19 +14,9 @@ PUBLISHED = Path(__file__).parents[1] / "unit" / "sternplane" / "published"
 TABLE = PUBLISHED / "prestero.csv"
 
 
-WRONG_PASS = "a pass over the flight takes over at 105 s with N_r, N_v and Y_v off by 11 sigma; 7 of 8 seeds are honest"
-
-
-@pytest.mark.parametrize(
-    ("seed", "seconds"),
-    [
-        (1, 120.0),
-        pytest.param(2, 120.0, marks=pytest.mark.xfail(reason=WRONG_PASS, strict=True)),
-        (9, 180.0),
-    ],
-)
+@pytest.mark.parametrize(("seed", "seconds"), [(0, 150.0), (1, 120.0), (2, 150.0), (9, 180.0)])
 def test_no_valid_value_is_wrong(tmp_path: Path, seed: int, seconds: float) -> None:
-    """While the current was let walk N_v went to -93 %, 61 sigma, in another flight to 130, and was valid."""
+    """While the current was let walk N_v went to -93 %, 61 sigma, valid; by whole steps, in seed 2, Y_v to -49 %."""
     hull = tmp_path / "hull"
     assert main(["vehicle", "import", str(TABLE), "--out", str(hull)]) == 0
     whole = (hull / "first_flight.toml").read_text()

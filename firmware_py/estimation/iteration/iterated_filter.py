@@ -5,7 +5,7 @@ wrong: it ends up off, and too sure of it. But what it was given is kept. So whe
 where the measurement history does, with all the doubt that there was then, and is given everything again. Its slopes
 lie about one motion: the most likely, if coefficients and current are what they are now believed to be; a reference
 filter finds it. This is a Gauss-Newton step over the whole flight (Bell and Cathey 1993), and is repeated until it
-moves nothing: a few rows of the history with every step, until it has caught up. Then it takes over.
+moves nothing (line_search.py): a few rows of the history with every step, until it has caught up. Then it takes over.
 
 The first pass does not trust the filter. It begins with what was believed in the beginning, and with so much process
 noise on the velocities that wrong slopes do little harm; then with less and less of it (continuation).
@@ -27,6 +27,7 @@ from firmware_py.estimation.coefficient_records import IterationMemory
 from firmware_py.estimation.filter.bank_arrays import BankArrays
 from firmware_py.estimation.filter.measurement_history import MeasurementHistory, new_history, record
 from firmware_py.estimation.iteration.acceptance import Evidence, Verdict
+from firmware_py.estimation.iteration.line_search import ENDLESS, LineSearch, small
 from firmware_py.estimation.iteration.reference_filter import ReferenceFilter
 from firmware_py.estimation.iteration.relinearised_pass import relinearised_pass
 from firmware_py.estimation.iteration.stages import FIRST_INTENSITY, LAST, set_noise
@@ -38,12 +39,8 @@ RATE_MAX = 150.0
 """Room in the history: so many steps in a second, for as long as the last iteration takes."""
 PATIENCE = 1.0
 """A history that is by so many s longer than the learning delay, and in which nothing was learned, begins anew."""
-CONVERGED = 4.0
-"""A pass has converged if no coefficient has moved by so many sigmas; else the history is gone through once more. By
-what was recorded meanwhile alone, one of ten moves by 2 or 3."""
 STARTUP_TIMES = 50.0
 """So many of its time constants after its beginning, a bank's start-up is over."""
-ENDLESS = 1 << 40
 NO_INPUTS = np.zeros(4)
 _relinearised_pass = unchecked(relinearised_pass)
 
@@ -74,7 +71,7 @@ class IteratedFilter:
         self._window, self._contradicted = np.zeros((3, 3)), np.zeros(1)
         self._stage, self._accepted_last = LAST, False
         """Of STAGES, where the iteration is; and whether the last one took over."""
-        self._evidence = Evidence(params.likelihood_memory)
+        self._evidence, self._search = Evidence(params.likelihood_memory), LineSearch()
         self._deviation = np.zeros((count, filters.width))
         self._nis, self._rejected = np.zeros(9), np.zeros(9, dtype=np.int64)
         self.used, self._span, self._turn, self._row = 0, 0.0, 0, -1
@@ -98,6 +95,7 @@ class IteratedFilter:
         self.running = len(self.history.h) > 0
         if self.running:
             self._start = bank.copy()
+        self._search.begin()
         self.used, self._span, self._turn, self._row = 0, 0.0, 0, -1
         self._age, self._learned, self._accepted_last, self._evidence.lost = age, False, near, 0.0
 
@@ -133,7 +131,8 @@ class IteratedFilter:
         if not self.running:
             return ENDLESS
         if self._row >= 0:
-            return max(-(-(self.used - self._row) // (ROWS_PER_STEP - 1)), 1)
+            end, compared = self.used - self._row, self._search.ahead(self._row)
+            return max(min(-(-end // (ROWS_PER_STEP - 1)), -(-compared // ROWS_PER_STEP)), 1)
         mark = self._times[self._turn] if self._learned else self._delay + PATIENCE
         return max(math.ceil((mark - self._span) / h - 1e-6), 1)
 
@@ -189,17 +188,24 @@ class IteratedFilter:
     def _catch_up(self, bank: BankArrays, steps: int, age: Array, begun: Flags) -> Verdict:
         """Goes on; at the end of the history, takes over or begins another pass."""
         own = self._bank
-        finite = self._advance(min(self._row + ROWS_PER_STEP * steps, self.used))
+        to = min(self._row + ROWS_PER_STEP * steps, self.used)
+        finite = self._advance(min(to, self._row + self._search.ahead(self._row)))
+        worse = self._search.worse(self._row)
+        finite = finite and self._advance(to)
+        if (worse or not finite) and self._search.may_halve:
+            self._rewind(*self._search.halve(self._mean), begun)
+            return Verdict.NONE
         if finite and self._row < self.used:
             return Verdict.NONE
         if finite:
-            mean, std, _ = own.combine()
-            first = own.model.first
-            learned = slice(first, first + len(begun))
-            converged = bool((np.abs(mean - self._mean)[learned] <= CONVERGED * std[learned]).all())
+            (mean, std, _), first, most_likely = own.combine(), own.model.first, int(own.log_likelihood.argmax())
+            moved, std = (mean - self._mean)[first:], std[first : first + len(begun)]
+            converged = small(moved, std, own.P[most_likely, first:, first:])
             if not converged or self._stage < LAST:
+                if self._stage == LAST:
+                    self._search.step(self._mean, self.used, most_likely)
                 self._stage += converged
-                self._rewind(mean, int(own.log_likelihood.argmax()), begun)
+                self._rewind(mean, most_likely, begun)
                 return Verdict.NONE
         again = self._accepted_last
         explains = self._evidence.enough(own.log_likelihood, bank.log_likelihood)
@@ -215,6 +221,7 @@ class IteratedFilter:
                 self._rewind_to_first_stage(bank, begun)
                 return Verdict.REJECTED
         self._row = -1
+        self._search.begin()
         while self._turn < len(self._times) and self._times[self._turn] <= self._span:
             self._turn += 1
         self.running = self._turn < len(self._times)
@@ -223,13 +230,14 @@ class IteratedFilter:
     def _advance(self, to: int) -> bool:
         """Takes the bank to that row; False if it cannot go on."""
         begin, self._row = self._row, to
-        kept = (self._deviation, self._nis, self._rejected, self._window, self._contradicted)
+        kept = (self._deviation, self._nis, self._rejected, self._window, self._contradicted, self._search.explained)
         own, ref = self._bank.kernel, self._reference
         return ref.loaded and _relinearised_pass(own, ref.bank, self.history, begin, to, *kept)
 
     def _rewind_to_first_stage(self, bank: BankArrays, begun: Flags) -> None:
         """Starts a pass about what was believed where the history begins, with all the noise of the first stage."""
         self._stage = 0
+        self._search.begin()
         self._rewind(self._start[0][0], int(np.abs(bank.intensity - FIRST_INTENSITY).argmin()), begun)
 
     def _rewind(self, mean: Array, most_likely: int, begun: Flags) -> None:
@@ -243,14 +251,14 @@ class IteratedFilter:
         set_noise(tuning, own.scales, self._stage)
         self._reference.start(mean, most_likely)
         self._mean[:] = mean
-        self._window[:], self._contradicted[:] = 0.0, 0.0
+        self._window[:], self._contradicted[:], self._search.explained[:] = 0.0, 0.0, 0.0
         self._row = 0
 
     @property
     def _arrays(self) -> tuple[Array, ...]:
         """All that a pass has set; the rest of the tuning follows from parameters, and from what is in doubt."""
         tuning = self._bank.tuning
-        own = (self._mean, self._may_learn, self._window, self._contradicted)
+        own = (self._mean, self._may_learn, self._window, self._contradicted, self._search.explained)
         return (*self._reference.arrays, tuning.Q, tuning.Q_eddy, tuning.learns, tuning.may_learn, *own)
 
     def freeze(self) -> IterationMemory:
@@ -271,6 +279,7 @@ class IteratedFilter:
             accepted=self.accepted,
             rejected=self.rejected,
             lost=self._evidence.lost,
+            step=(self._search.before, self._search.halvings),
         )
 
     def thaw(self, memory: IterationMemory) -> None:
@@ -288,3 +297,4 @@ class IteratedFilter:
         self._age, self._learned = memory.age, memory.learned
         self.running, self.accepted = memory.running, memory.accepted
         self.rejected, self._evidence.lost = memory.rejected, memory.lost
+        self._search.before, self._search.halvings = memory.step

@@ -60,6 +60,7 @@ def relinearised_pass(
     rejected: Indices,
     window: Matrix,
     contradicted: Vector,
+    explained: Vector,
 ) -> bool:
     """Takes a bank through rows of the history, all filters by the slopes about one reference, and it beside them.
 
@@ -74,6 +75,7 @@ def relinearised_pass(
         rejected: scratch, (9,).
         window: see `consistency.add_nis`.
         contradicted: out, (1,): becomes 1 where the measurements contradict the bank.
+        explained: changed, (1,): the reference's log-likelihood is added.
 
     Returns:
         False if a number is not finite.
@@ -108,6 +110,7 @@ def relinearised_pass(
             contradicted[0] = 1.0
         start_nis(z, nis)
         predict_covariance(reference, reference.intensity[0], motion, reference.P[0], h)
-        if update(reference, motion, reference.P[0], 0.0, z, R, nis, rejected, False) * 0.0 != 0.0:
+        explained[0] += update(reference, motion, reference.P[0], 0.0, z, R, nis, rejected, False)
+        if explained[0] * 0.0 != 0.0:
             return False
     return True
