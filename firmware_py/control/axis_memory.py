@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from firmware_py.control.lost_effect import Effect, halved, surest, with_share
+from firmware_py.control.lost_effect import Effect, halved, surest, whole_again, with_share
 from firmware_py.control.model_evidence import EvidenceMemory
 from firmware_py.records.adoption import Refusal, Source
 
@@ -72,9 +72,12 @@ def proven(m: AxisMemory, learned: Sequence[float], valid: Sequence[bool]) -> Ax
 def compared(m: AxisMemory, names: Sequence[str], file: Values, now: Effect) -> AxisMemory:
     """Return what is remembered once what fins do by valid values is compared with the most that they did.
 
-    Where half of it is gone, the good values become those of before.
+    Where half of it is gone, the good values become those of before. It may have been a sensor that lied, which teaches
+    the filter the same: where the fins do as much as ever nothing is gone.
     """
     if m.good and not m.halved and halved(m.whole, now):
         sound = with_share(names, m.good[0], m.whole.share * file[-1] / m.good[0][-1])
         m = m._replace(good=(sound,), halved=True)
+    elif m.halved and whole_again(m.whole, now):
+        m = m._replace(halved=False)
     return m._replace(whole=surest(m.whole, now))

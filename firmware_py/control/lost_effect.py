@@ -31,6 +31,11 @@ def halved(whole: Effect, now: Effect) -> bool:
     return now.share < _PART * whole.share - _SIGMA * math.hypot(_PART * whole.std, now.std)
 
 
+def whole_again(whole: Effect, now: Effect) -> bool:
+    """Return whether fins do surely more than half of what they did: by 3 sigma of both."""
+    return now.share > _PART * whole.share + _SIGMA * math.hypot(_PART * whole.std, now.std)
+
+
 def share_left(shares: Sequence[float], left: Sequence[FinHealth]) -> float:
     """Return the share of their effect that the fins of an axis have left.
 

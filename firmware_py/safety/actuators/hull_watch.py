@@ -8,7 +8,7 @@ from firmware_py.marine import clip
 from firmware_py.records.adoption import Adopted
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.health import ActuatorFault, AxisDoubt, SourceFault
+from firmware_py.records.health import ActuatorFault, AxisDoubt, SourceFault, SourceState
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
 from firmware_py.safety.actuators.attitude_witness import AttitudeWitness
@@ -148,15 +148,17 @@ class HullWatch:
             for watch in (self._axes[axis], self._left[axis], self._stuck[axis]):
                 watch.design(self._reference.eddies[axis])
 
-    def _follow(self, axis: int, adopted: Adopted) -> bool:
+    def _follow(self, axis: int, adopted: Adopted, taught: bool) -> bool:
         """Judge an axis by what held in adoption; return whether it can be judged.
+
+        What is learned speaks of fins only if it was `taught` by sensors that are believed.
 
         While fins are at fault, also by adoption, what held before does, or a fault would become what is usual. Where
         nothing held and the motion refutes vehicle.toml only fins that do hardly anything by what is learned are named.
         """
         watch, left, stuck = self._axes[axis], self._left[axis], self._stuck[axis]
         held = (adopted.held_diving, adopted.held_steering)[axis]
-        if adopted.halved[axis] and self._fault(axis) is ActuatorFault.NONE:
+        if taught and adopted.halved[axis] and self._fault(axis) is ActuatorFault.NONE:
             self._refer(axis, held)
             watch.begin(_HELD_STD)
             left.begin(_LEFT[ActuatorFault.WEAK])
@@ -191,7 +193,9 @@ class HullWatch:
     ) -> bool:
         """Take one step of an axis; return whether its fault, or a fin that stays, is another one now."""
         t, was, stuck = tick.t, self._fault(axis), self._stuck[axis]
-        known = adopted is None or self._follow(axis, adopted)
+        speaks = self._attitude.speaks(t, frame, state)
+        taught = speaks and state.sensors.dvl.state is not SourceState.SUSPECT
+        known = adopted is None or self._follow(axis, adopted, taught)
         total, count = self._sums[axis]
         self._sums[axis] = (0.0, 0)
         told, mute = self._angles[axis].update(self._fins[axis], t, frame, applied, PERIOD)
@@ -214,7 +218,7 @@ class HullWatch:
             and u > _SPEED_MIN
             and state.depth_ok
             and state.eta.z > _DEPTH_MIN
-            and self._attitude.speaks(t, frame, state)
+            and speaks
         ):
             self._speeds[axis] = u
             cross = ((state.nu.v if axis else state.nu.w) if state.velocity_ok else 0.0) - across

@@ -531,6 +531,17 @@ def test_fins_that_come_to_do_half_by_valid_values_have_lost_it_however_slowly_t
     assert flown.fly(0.2, learned(0.05, M_ds=0.5), SOUND).halved == (False, False)  # the motion says otherwise
 
 
+def test_fins_that_do_as_much_as_ever_once_more_were_never_halved() -> None:
+    """A sensor that lies teaches the filter what half of the fins would; what it says after that may be right."""
+    flown = AdoptingVehicle()
+    flown.fly(50.0, learned(0.05))
+    assert flown.fly(0.2, learned(0.05, M_ds=0.5)).halved == (True, False)
+    assert flown.fly(10.0, learned(0.15, M_ds=0.9)).halved == (True, False)  # not sure enough
+    again = flown.fly(0.2, learned(0.05, M_ds=0.95))
+    assert again.halved == (False, False)
+    assert again.held_diving[-1] == pytest.approx(FILE["M_ds"])
+
+
 def test_half_that_is_not_valid_or_not_sure_or_of_a_fin_that_is_nobody_knows_where_is_none() -> None:
     for std, valid, held in ((0.15, True, False), (SURE, False, False), (SURE, True, True)):
         flown = AdoptingVehicle()

@@ -40,6 +40,7 @@ NONE, WEAK, LOST = ActuatorFault.NONE, ActuatorFault.WEAK, ActuatorFault.LOST
 UPPER = 2
 SILENT = silence(4)
 GONE = SourceHealth(SourceState.LOST, SourceFault.SILENT)
+DRIFTS = SourceHealth(SourceState.SUSPECT, SourceFault.DRIFT)
 
 
 def load_vehicle(name: str) -> Vehicle:
@@ -65,13 +66,13 @@ class Yawing:
     """A hull that yaws under rudders that a pilot moves; `effect` is the share of what vehicle.toml says of them.
 
     It makes the speed `u`, and hears a DVL if that is `SPEED` and not `deaf`; gyros that are `late` tell of the tick
-    before, and while it is `lost` the AHRS is called so; the pilot moves the rudder to and fro in `period`, s; the
+    before; while it is `lost` the AHRS is called so, the DVL `doubted`; the pilot moves the rudder to and fro in `period`, s; the
     propeller makes `n`, rev/s; `step` is what is added to the current across the hull, m/s. The upper rudder reports
     nothing if it is `mute`, and is at `stays`, rad, if that is a number; the lower one is at `against`, rad, and says
     so. Something else turns the hull by `push`, rad/s^2. `changed` is when the watch told of a change.
     """
 
-    deaf, late, lost, mute, period, n = False, False, False, False, 9.0, 500.0 / 60.0
+    deaf, late, lost, doubted, mute, period, n = False, False, False, False, False, 9.0, 500.0 / 60.0
     stays, against, push = math.nan, math.nan, 0.0
 
     def __init__(self, effect: float, adopted: Adopted | None, u: float = U, vehicle: Vehicle = VEHICLE) -> None:
@@ -108,6 +109,8 @@ class Yawing:
             state = StateEstimate(eta, nu, 0.0, 0.0, 0.0, 30.0, True, True, True, False)
             if self.lost:
                 state = dataclasses.replace(state, sensors=ALL_GOOD._replace(ahrs=GONE))
+            if self.doubted:
+                state = dataclasses.replace(state, sensors=ALL_GOOD._replace(dvl=DRIFTS))
             applied = Applied((0.0, 0.0, rudder, rudder), self.n, True, False)
             if self.watch.update(Tick(self.k, DT_NS), frame, applied, state, water, self.adopted):
                 self.changed.append(t)
@@ -198,6 +201,19 @@ def test_what_adoption_found_halved_is_weak_and_held_to_what_fins_did_before() -
         hull.adopted, hull.effect = knowing(0.5), effect
         assert hull.run(60.0) is fault
         assert hull.watch.left(UPPER) == left
+
+
+@pytest.mark.parametrize("liar", ["lost", "doubted"])
+def test_what_an_ahrs_or_a_dvl_taught_that_is_not_believed_is_no_fault_of_the_fins(liar: str) -> None:
+    """A late AHRS, and a DVL that had drifted, taught the filter that sound rudders did half."""
+    half = dataclasses.replace(knowing(1.0), halved=(False, True))
+    hull = Yawing(1.0, knowing(1.0), SPEED)
+    assert hull.run(30.0) is NONE
+    hull.adopted = half
+    setattr(hull, liar, True)
+    assert hull.run(10.0) is NONE
+    setattr(hull, liar, False)
+    assert hull.run(10.0) is (NONE if liar == "lost" else WEAK)  # an AHRS that was away may be late
 
 
 def test_an_axis_is_judged_by_what_held_as_soon_as_that_is_proven_whatever_is_known_of_the_other_one() -> None:
