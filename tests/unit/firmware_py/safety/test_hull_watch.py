@@ -66,10 +66,11 @@ class Yawing:
     """A hull that yaws under rudders that a pilot moves; `effect` is the share of what vehicle.toml says of them.
 
     It makes the speed `u`, and hears a DVL if that is `SPEED` and not `deaf`; gyros that are `late` tell of the tick
-    before; while it is `lost` the AHRS is called so, the DVL `doubted`; the pilot moves the rudder to and fro in `period`, s; the
-    propeller makes `n`, rev/s; `step` is what is added to the current across the hull, m/s. The upper rudder reports
-    nothing if it is `mute`, and is at `stays`, rad, if that is a number; the lower one is at `against`, rad, and says
-    so. Something else turns the hull by `push`, rad/s^2. `changed` is when the watch told of a change.
+    before; while it is `lost` the AHRS is called so, while it is `doubted` the DVL; the pilot moves the rudder to and
+    fro in `period`, s; the propeller makes `n`, rev/s; `step` is what is added to the current across the hull, m/s. The
+    upper rudder reports nothing if it is `mute`, and is at `stays`, rad, if that is a number; the lower one is at
+    `against`, rad, and says so. Something else turns the hull by `push`, rad/s^2. `changed` is when the watch told of a
+    change.
     """
 
     deaf, late, lost, doubted, mute, period, n = False, False, False, False, False, 9.0, 500.0 / 60.0
