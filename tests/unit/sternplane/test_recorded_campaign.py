@@ -1,0 +1,54 @@
+"""The flights of the safety campaign that are recorded, held to the trials and judged by the judge as they are now."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from sternplane.study.safety.campaign import SEEDS, jobs
+from sternplane.study.safety.verdict import SHARE, WRONG, Verdict, judge, rows
+
+FLIGHTS = Path(__file__).parents[2] / "recorded" / "safety" / "flights.jsonl"
+JOBS = {job.key: job for job in jobs(range(1000, 1000 + SEEDS), short=False)}
+
+
+@pytest.fixture(scope="module")
+def flights() -> list[dict]:
+    return [json.loads(line) for line in FLIGHTS.read_text(encoding="utf-8").splitlines()]
+
+
+@pytest.fixture(scope="module")
+def verdicts(flights) -> list[Verdict]:
+    return [judge(flight) for flight in flights if flight["trial"]]
+
+
+def test_each_recorded_flight_is_one_of_the_campaign_and_recorded_once(flights):
+    assert len({flight["key"] for flight in flights}) == len(flights) > 100
+    for flight in flights:
+        job = JOBS[flight["key"]]
+        made = flight["trial"], flight["onset"], flight["seed"], flight["eddies"], flight["learning"]
+        assert made == (job.trial, job.onset, job.seed, job.eddies, job.learning)
+
+
+def test_no_recorded_flight_is_unsafe_or_commands_what_is_no_number(flights, verdicts):
+    assert not [verdict.flight["key"] for verdict in verdicts if verdict.unsafe]
+    assert not [flight["key"] for flight in flights if flight["found"]["not_finite"]]
+    assert not [verdict.flight["key"] for verdict in verdicts if verdict.early]
+
+
+def test_recorded_replays_are_equal(flights):
+    assert {flight["replay"] for flight in flights} <= {"", "equal"}
+
+
+def test_faults_are_named_and_little_is_done_without_cause(verdicts):
+    """Of all recorded flights; of each trial alone a complete campaign asks the same."""
+    wanted = [verdict.in_time for verdict in verdicts if verdict.trial.named]
+    assert 100.0 * sum(wanted) >= SHARE * len(wanted)
+    assert 100.0 * sum(verdict.wrong for verdict in verdicts) <= WRONG * len(verdicts)
+
+
+def test_a_complete_campaign_meets_every_target(flights):
+    complete = {flight["key"] for flight in flights} >= set(JOBS)
+    missed = [row for row in rows(flights) if row.ok is False]
+    assert not (complete and missed), missed
