@@ -20,7 +20,7 @@ from firmware_py.control.model_evidence import PERIOD, Motion
 from firmware_py.control.passport_watch import PassportMemory, PassportWatch
 from firmware_py.control.sliding_mode_params import S_LAST_DEPTH, S_LAST_HEADING
 from firmware_py.marine import clip
-from firmware_py.records.adoption import Adopted, Source
+from firmware_py.records.adoption import Adopted, Refusal, Source
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import NOTHING_LEARNED, StateEstimate
 from firmware_py.records.event import Event, EventKind, event
@@ -49,15 +49,26 @@ _CERTAIN, _UNCERTAIN = 0.2, 0.5
 """1 sigma of what turns the vehicle, of its size: below the one no caution is needed, above the other all of it."""
 _TURNS = ("M_q", "M_ds", "N_r", "N_dr")
 """What turns the vehicle first of all: damping and fins."""
+_TOLD_EVERY = 3.0
+"""Where coefficients come from may change to and fro; of one law no more is told than one change in such a time, s."""
 _EDDIES = 0.05
 """What eddies of this, m/s, do is no evidence."""
+
+
+class Told(NamedTuple):
+    """Where coefficients come from, as it was told, and when, s."""
+
+    source: Source
+    refusal: Refusal
+    t: float
 
 
 class AdoptionMemory(NamedTuple):
     """What is remembered: of both axes, and the caution.
 
     `sums` are of q and r over the ticks of a period, and how many ticks these are; `passport` is what was learned in an
-    earlier flight; `doubts` is by how much it differs from vehicle.toml, of each axis, until this flight has told.
+    earlier flight; `doubts` is by how much it differs from vehicle.toml, of each axis, until this flight has told;
+    `told` is the last change of each axis that was told.
     """
 
     depth: AxisMemory
@@ -66,6 +77,7 @@ class AdoptionMemory(NamedTuple):
     sums: tuple[float, float, int]
     passport: PassportMemory
     doubts: tuple[float, float]
+    told: tuple[Told, ...]
 
 
 class Adoption:
@@ -96,6 +108,7 @@ class Adoption:
         self._passport, self._count, unknown = PassportWatch(names), len(names), (math.nan,) * len(names)
         self._nothing = replace(NOTHING_LEARNED, value=unknown, std=unknown, valid=(False,) * len(names))
         self._adopted = self._in_force()
+        self._told = tuple([Told(axis.design.source, axis.design.refusal, -math.inf) for axis in self._axes])
         self.events = ()
 
     def begin(self, earlier: LearnedModel) -> None:
@@ -142,8 +155,8 @@ class Adoption:
             self.events += self._passport.heed(learned)
             if self._on:  # what was due when it was switched off is due when it is switched on
                 self._caution = self._caution_now(self._turns(learned.std))
-            before, self._adopted = self._adopted, self._in_force()
-            self._tell(before)
+            self._adopted = self._in_force()
+            self._tell(tick.t)
         return self._adopted
 
     @property
@@ -154,14 +167,14 @@ class Adoption:
     def freeze(self) -> AdoptionMemory:
         """Return the whole memory."""
         depth, heading = self._axes
-        told = self._passport.freeze(), self._doubts
+        told = self._passport.freeze(), self._doubts, self._told
         return AdoptionMemory(depth.freeze(), heading.freeze(), self._caution, self._sums, *told)
 
     def thaw(self, memory: AdoptionMemory) -> None:
         """Restore the memory that `freeze` returned."""
         for axis, remembered in zip(self._axes, memory[:2], strict=True):
             axis.thaw(remembered)
-        self._caution, self._sums, self._doubts = memory.caution, memory.sums, memory.doubts
+        self._caution, self._sums, self._doubts, self._told = memory.caution, memory.sums, memory.doubts, memory.told
         self._passport.thaw(memory.passport)
         self._adopted = self._in_force()
 
@@ -214,13 +227,16 @@ class Adoption:
             halved=(depth.halved, heading.halved),
         )
 
-    def _tell(self, before: Adopted) -> None:
-        """Tell what changed of where the coefficients come from."""
-        for law in ("depth", "heading"):
-            old, new = getattr(before, law), getattr(self._adopted, law)
-            if (new.source, new.refusal) != (old.source, old.refusal):
-                numbers = float(new.source), float(new.refusal)
+    def _tell(self, t: float) -> None:
+        """Tell at the time t, s, what changed of where the coefficients come from."""
+        told = list(self._told)
+        for i, law in enumerate(("depth", "heading")):
+            design = getattr(self._adopted, law)
+            if (design.source, design.refusal) != told[i][:2] and t - told[i].t >= _TOLD_EVERY:
+                told[i] = Told(design.source, design.refusal, t)
+                numbers = float(design.source), float(design.refusal)
                 self.events += (event(EventKind.DESIGN_CHANGED, numbers=numbers, names=(law,)),)
+        self._told = tuple(told)
 
 
 def _depth(vehicle: Vehicle, poles: Poles) -> AxisModel:

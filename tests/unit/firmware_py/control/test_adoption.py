@@ -531,6 +531,19 @@ def test_fins_that_come_to_do_half_by_valid_values_have_lost_it_however_slowly_t
     assert flown.fly(0.2, learned(0.05, M_ds=0.5), SOUND).halved == (False, False)  # the motion says otherwise
 
 
+def test_what_changes_to_and_fro_is_told_now_and_then_and_at_last() -> None:
+    """A flight with three faults at once told of its heading law 69 times in 20 s."""
+    flown = AdoptingVehicle()
+    flown.fly(40.0, learned(0.05))
+    flown.events.clear()
+    for k in range(40):
+        flown.fly(0.5, learned(1.0 if k % 2 == 0 else 0.05))
+    assert 4 <= len(flown.events) <= 2 * 7
+    flown.fly(4.0, learned(0.05))
+    end = "designed from what is learned; all of it is known well enough"
+    assert texts(flown.events)[-2:] == [f"depth law: {end}", f"heading law: {end}"]
+
+
 def test_fins_that_do_as_much_as_ever_once_more_were_never_halved() -> None:
     """A sensor that lies teaches the filter what half of the fins would; what it says after that may be right."""
     flown = AdoptingVehicle()
