@@ -29,7 +29,7 @@ test test-flights: export PYTHONDONTWRITEBYTECODE =
 test: setup .venv/.dev ## run the tests
 	@$(PYTEST) --dist loadfile --no-loadscope-reorder --ignore=tests/flights $(ARGS)
 
-test-flights: setup .venv/.dev ## run those that fly whole missions with faults; they take ten minutes on two cores
+test-flights: setup .venv/.dev ## run those that fly whole missions with faults; they take eight minutes on two cores
 	@$(PYTEST) --dist worksteal tests/flights $(ARGS)
 
 test-vcan: setup .venv/.dev ## run the tests that need SocketCAN (root; says what is missing)

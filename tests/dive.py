@@ -1,8 +1,11 @@
 """A flight that is quick to fly."""
 
-DIVE = """
+
+def dive(duration: float) -> str:
+    """Return a scenario of so many seconds: a vehicle dives from the surface."""
+    return f"""
 description = "A short dive."
-duration_s = 12.0
+duration_s = {duration}
 completes = "time"
 
 [[orders]]
@@ -13,3 +16,6 @@ depth_m = 4.0
 heading_deg = 120.0
 speed_m_s = 1.5
 """
+
+
+DIVE = dive(12.0)

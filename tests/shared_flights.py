@@ -16,7 +16,7 @@ from firmware_py.adapters.installation import configs
 
 KNOWN_DEMONSTRATION = without_factors((SCENARIOS / "demo.toml").read_text())
 LEARNING_OFF = "\n[autopilot.estimation.learning]\nenabled = false\n"
-"""At the end of a scenario. Learning only looks on (test_learning.py shows it), and costs four fifths of a flight."""
+"""At the end of a scenario. What does not use what is learned stays as it is (test_learning.py), at half the time."""
 
 BRIEF = """
 description = "A second at the surface."

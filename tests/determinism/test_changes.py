@@ -18,20 +18,8 @@ from firmware_py.records.event import EventKind
 from firmware_py.records.mission import Mission, Waypoint
 from firmware_py.records.order import NO_ORDER, MissionChange, Mode, Order, ParameterChange
 from firmware_py.tick import Tick
+from tests.dive import dive
 
-SCENARIO = """
-description = "A short dive, while a station changes its mind."
-duration_s = 16.0
-completes = "time"
-
-[[orders]]
-t_s = 0.5
-arming = "arm"
-mode = "hold"
-depth_m = 4.0
-heading_deg = 120.0
-speed_m_s = 1.5
-"""
 MISSION = MissionChange(Mission((Waypoint(0.0, 200.0, 6.0, 1.5),)))
 PID, LAG, LIMIT, FLY, BAD = 700, 900, 1100, 1200, 1400
 ORDERS: dict[int, Order] = {
@@ -57,7 +45,7 @@ class Station:
 
 def flown(folder: Path, *others: Any) -> Log:
     scenario = folder / "scenario.toml"
-    scenario.write_text(SCENARIO)
+    scenario.write_text(dive(16.0))
     outcome = fly(
         prepare(FlightRequest(scenario=str(scenario)), {}),
         folder / "log.mcap",

@@ -10,33 +10,21 @@ from sternplane.logs.replay import replay
 from sternplane.sitl.flight import FlightRequest, fly, prepare
 
 from firmware_py.app import build
+from tests.dive import dive
 
-SCENARIO = """
-description = "A short dive through turbulent water."
-duration_s = 40.0
-completes = "time"
-
+SEA = """
 [environment]
 current_ned_m_s = [0.1, -0.1, 0.0]
 turbulence_m_s = 0.05
 bottom_depth_m = 40.0
-
 [autopilot.safety]
 late_max = 1000  # on a machine that tests share with others
-
-[[orders]]
-t_s = 0.5
-arming = "arm"
-mode = "hold"
-depth_m = 4.0
-heading_deg = 120.0
-speed_m_s = 1.5
 """
 
 
 def flown(folder: Path, seed: int = 1, pace: str = "max", duration: float = 40.0) -> Log:
     scenario = folder.with_suffix(".toml")
-    scenario.write_text(SCENARIO.replace("40.0\ncompletes", f"{duration}\ncompletes"))
+    scenario.write_text(dive(duration) + SEA)
     folder.mkdir()
     outcome = fly(prepare(FlightRequest(scenario=str(scenario), seed=seed, pace=pace), {}), folder / "log.mcap")
     assert outcome.completed, outcome

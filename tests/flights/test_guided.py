@@ -7,83 +7,34 @@ import math
 import numpy as np
 import pytest
 from pymavlink.dialects.v20 import all as mavlink
-from sternplane.logs.reading import Log, read
-from sternplane.sitl.flight import FlightRequest, fly, prepare
+from sternplane.logs.reading import Log
 
-from firmware_py.adapters.ground.mavlink_ground import Grounds
-from firmware_py.marine import Origin
 from firmware_py.mavlink.base.identity import Identity
-from firmware_py.mavlink.base.link_configuration import LinkConfiguration
-from firmware_py.mavlink.node import Node, VehicleDescription
-from firmware_py.mavlink.settings import MavlinkParams, NodeSettings
-from firmware_py.mavlink.telemetry.health import Actuators
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.limits import OperatingLimits
-from firmware_py.records.order import Asker, Mode, Order
-from firmware_py.records.turning import AS_ASKED
-from firmware_py.tick import Tick
+from firmware_py.records.order import Asker, Mode
+from tests.flights.station import Station, command, flown_by
+from tests.straight_run import hold, under_way
 
-SCENARIO = """
-description = "Holds a course until a station says otherwise."
-duration_s = 255.0
-completes = "time"
-[environment]
-bottom_depth_m = 40.0
-current_ned_m_s = [0.05, 0.087, 0.0]
-[start]
-depth_m = 8.0
-u_m_s = 1.8
-n_rpm = 492.0
-[[orders]]
-t_s = 0.5
-arming = "arm"
-mode = "hold"
-depth_m = 8.0
-heading_deg = 0.0
-speed_m_s = 1.8
-[autopilot.estimation.learning]
-enabled = false
-"""
+SCENARIO = under_way(255.0, 8.0, hold(8.0), rpm=492.0, current=(0.05, 0.087))
+"""Holds a course until a station says otherwise."""
 X, Y = 60.0, 40.0
 REPOSITION, YAW, LOITER, SPEED, ALTITUDE = 192, 115, 17, 178, 186
 
 
-class Operator:
-    """Says what stands in a script, at its times; remembers what it was answered."""
+class Operator(Station):
+    """Remembers how far the target was, m, in which tick, as a station shows it."""
 
     def __init__(self, script: dict[float, object]) -> None:
-        origin = Origin(math.radians(36.8), math.radians(-121.8))
-        vehicle = VehicleDescription(origin, Actuators((0.4,) * 4, 10.0))
-        settings = NodeSettings(MavlinkParams(), OperatingLimits(math.inf, 0.0, AS_ASKED))
-        self.node = Node(settings, vehicle, [LinkConfiguration(Identity.ARDUSUB)])
-        self.script = script
-        self.mav = mavlink.MAVLink(None, 255, 190)
-        self.results: list[tuple[int, int]] = []
+        super().__init__(script, Identity.ARDUSUB)
         self.distances: dict[int, float] = {}
-        """In which tick, and how far the target was, m, as a station shows it."""
 
-    def read(self, tick: Tick) -> Order:
-        if tick.t in self.script:
-            self.node.receive(tick, [[self.script[tick.t].pack(self.mav)]])
-        return self.node.order()
-
-    def write(self, cycle: Cycle) -> None:
-        for message in mavlink.MAVLink(None).parse_buffer(self.node.report(cycle)[0]) or []:
-            if message.get_type() == "COMMAND_ACK":
-                self.results.append((message.command, message.result))
-            elif message.get_type() == "NAV_CONTROLLER_OUTPUT":
-                self.distances[cycle.tick.k] = message.wp_dist
-
-
-def command(number: int, *params: float):
-    return mavlink.MAVLink_command_long_message(1, 1, number, 0, *params, *(0.0,) * (7 - len(params)))
+    def hears(self, cycle: Cycle, message) -> None:
+        if message.get_type() == "NAV_CONTROLLER_OUTPUT":
+            self.distances[cycle.tick.k] = message.wp_dist
 
 
 @pytest.fixture(scope="module")
 def flown(tmp_path_factory) -> tuple[Operator, Log]:
-    folder = tmp_path_factory.mktemp("guided")
-    scenario = folder / "guided.toml"
-    scenario.write_text(SCENARIO)
     to_place = mavlink.MAVLink_command_int_message(
         1, 1, mavlink.MAV_FRAME_LOCAL_NED, REPOSITION, 0, 0, -1, 1, 0, math.nan, int(X * 1e4), int(Y * 1e4), 12.0
     )
@@ -96,9 +47,7 @@ def flown(tmp_path_factory) -> tuple[Operator, Log]:
             220.0: command(SPEED, 1, 1.2, -1),
         }
     )
-    flight = prepare(FlightRequest(str(scenario)), {})
-    fly(flight, folder / "log.mcap", lambda _: None, lambda pilot: Grounds(pilot, operator))
-    return operator, read(folder / "log.mcap")
+    return operator, flown_by(operator, SCENARIO, tmp_path_factory.mktemp("guided"))
 
 
 def during(log: Log, begin: float, end: float) -> np.ndarray:

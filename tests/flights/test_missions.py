@@ -11,7 +11,8 @@ from sternplane.sitl.flight import Outcome
 
 from firmware_py.records.command import AscentStage
 from firmware_py.records.order import Mode
-from tests.shared_flights import LEARNING_OFF, Flights, demonstration, without_learning
+from tests.shared_flights import Flights, demonstration, without_learning
+from tests.straight_run import hold, under_way
 
 
 @pytest.mark.parametrize(("seed", "waypoints", "ends"), [(1, 5, (270.0, 330.0)), (2, 3, (185.0, 245.0))])
@@ -89,42 +90,24 @@ def test_the_zigzag_puts_its_rudder_over_at_20_degrees_each_time(flown: Flights)
     assert np.all(np.sign(executes[1:]) == -np.sign(executes[:-1]))
 
 
-FAULT = (
-    """
-description = "Something breaks in the middle of a straight run."
-duration_s = 150.0
-completes = "surfaced"
-{fault}
-[environment]
-bottom_depth_m = {bottom}
-[start]
-depth_m = {start}
-u_m_s = 1.8
-n_rpm = 492.0
-[[orders]]
-t_s = 0.5
-arming = "arm"
-mode = "hold"
-depth_m = {depth}
-heading_deg = 0.0
-speed_m_s = 1.8
-"""
-    + LEARNING_OFF
-)
+def struck(start: float, depth: float, bottom: float = 60.0, *faults: str, completes: str = "surfaced") -> str:
+    """Something breaks in the middle of a straight run."""
+    duration = 150.0 if completes == "surfaced" else 60.0
+    return under_way(duration, start, hold(depth), completes=completes, faults=faults, bottom=bottom, rpm=492.0)
 
 
 @pytest.mark.parametrize(
-    ("start", "depth", "bottom", "fault", "cause"),
+    ("start", "depth", "bottom", "faults", "cause"),
     [
-        (8.0, 8.0, 60.0, 'faults = ["off:pressure@20"]', "depth"),
-        (22.0, 35.0, 60.0, "", "depth"),
-        (16.0, 25.0, 26.0, "", "altitude"),
+        (8.0, 8.0, 60.0, ["off:pressure@20"], "depth"),
+        (22.0, 35.0, 60.0, [], "depth"),
+        (16.0, 25.0, 26.0, [], "altitude"),
     ],
 )
 def test_what_the_first_rules_find_brings_the_vehicle_up_by_itself(
-    flown: Flights, start: float, depth: float, bottom: float, fault: str, cause: str
+    flown: Flights, start: float, depth: float, bottom: float, faults: list[str], cause: str
 ) -> None:
-    outcome, log = flown(FAULT.format(start=start, depth=depth, bottom=bottom, fault=fault))
+    outcome, log = flown(struck(start, depth, bottom, *faults))
     assert not outcome.completed  # it came up, but nobody had meant it to
     assert outcome.surfaced
     assert outcome.reason.startswith("surfaced safely")
@@ -136,8 +119,7 @@ def test_what_the_first_rules_find_brings_the_vehicle_up_by_itself(
 
 
 def test_an_ahrs_that_falls_silent_does_not_keep_the_vehicle_down(flown: Flights) -> None:
-    fault = 'faults = ["off:ahrs@20"]'
-    outcome, log = flown(FAULT.format(start=8.0, depth=8.0, bottom=60.0, fault=fault))
+    outcome, log = flown(struck(8.0, 8.0, 60.0, "off:ahrs@20"))
     c = log.columns
     assert outcome.reason.startswith("surfaced safely because of a rule: no good attitude")
     blind = c["mode.ascent"] == AscentStage.BLIND
@@ -157,9 +139,7 @@ def test_the_pid_baseline_flies_to_the_waypoints_of_the_demonstration_too(flown:
 
 @pytest.mark.parametrize("rate", [50, 200])
 def test_another_base_rate_flies_as_well(flown: Flights, rate: int) -> None:
-    text = FAULT.format(start=8.0, depth=6.0, bottom=60.0, fault="")
-    text = text.replace("surfaced", "time").replace("150.0", "60.0")
-    outcome, log = flown(f"{text}\n[autopilot]\nrate_hz = {rate}\n")
+    outcome, log = flown(f"{struck(8.0, 6.0, completes='time')}\n[autopilot]\nrate_hz = {rate}\n")
     assert outcome.completed, outcome.reason
     assert len(log.cycle_bytes) == 60 * rate
     assert log.truth["eta.z"][-1] == pytest.approx(6.0, abs=0.2)

@@ -8,53 +8,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pymavlink.dialects.v20 import all as mavlink
-from sternplane.logs.reading import Log, read
+from sternplane.logs.reading import Log
 from sternplane.logs.replay import replay
 from sternplane.logs.summary import summarise
-from sternplane.sitl.flight import FlightRequest, fly, prepare
 
-from firmware_py.adapters.ground.mavlink_ground import Grounds
 from firmware_py.app import build
-from firmware_py.marine import Origin
 from firmware_py.mavlink.base.identity import Identity
-from firmware_py.mavlink.base.link_configuration import LinkConfiguration
-from firmware_py.mavlink.node import Node, VehicleDescription
-from firmware_py.mavlink.settings import MavlinkParams, NodeSettings
-from firmware_py.mavlink.telemetry.health import Actuators
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.limits import OperatingLimits
-from firmware_py.records.order import MissionChange, Mode, Order, RallyChange
-from firmware_py.records.turning import AS_ASKED
+from firmware_py.records.order import MissionChange, Mode, RallyChange
 from firmware_py.tick import Tick
+from tests.flights.station import Station, command, flown_by
+from tests.straight_run import hold, under_way
 
-SCENARIO = """
-description = "Holds a course until a station has something else to do."
-duration_s = {duration}
-completes = "{completes}"
-[environment]
-bottom_depth_m = 25.0
-[start]
-depth_m = 6.0
-u_m_s = 1.8
-n_rpm = 492.0
-[[orders]]
-t_s = 0.5
-arming = "arm"
-mode = "hold"
-depth_m = 6.0
-heading_deg = 0.0
-speed_m_s = 1.8
-[autopilot.estimation.learning]
-enabled = false
-"""
 MISSION, FENCE, RALLY = range(3)
 START, LOCAL, TERRAIN = mavlink.MAV_CMD_MISSION_START, 1, mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT
 WAYPOINT, TURNS, RETURN, JUMP = 16, 18, 20, 177
 OUTSIDE = mavlink.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION
 INSIDE, RALLY_POINT = mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION, mavlink.MAV_CMD_NAV_RALLY_POINT
-ORIGIN = Origin(math.radians(36.8), math.radians(-121.8))
-
-LIMITS = OperatingLimits(math.inf, 0.0, AS_ASKED)
 
 
 def at(command: int, x: float, y: float, z: float = 0.0, *params: float, kind: int = MISSION, frame: int = LOCAL):
@@ -63,51 +33,42 @@ def at(command: int, x: float, y: float, z: float = 0.0, *params: float, kind: i
     return mavlink.MAVLink_mission_item_int_message(1, 1, 0, frame, command, 0, 1, *filled, *place, z, kind)
 
 
-class Planner:
+class Planner(Station):
     """Sends each plan at its time, item by item as it is asked for, and commands at theirs."""
 
     def __init__(self, script: dict[float, object]) -> None:
-        settings = NodeSettings(MavlinkParams(), OperatingLimits(math.inf, 0.0, AS_ASKED))
-        vehicle = VehicleDescription(ORIGIN, Actuators((0.4,) * 4, 10.0))
-        self.node = Node(settings, vehicle, [LinkConfiguration(Identity.GENERIC)])
-        self.script = script
-        self.mav = mavlink.MAVLink(None, 255, 190)
+        super().__init__(script, Identity.GENERIC)
         self.items: list = []
         self.next: list = []
         self.acks: list[tuple[int, int]] = []
-        self.results: list[tuple[int, int]] = []
         self.reached: list[int] = []
         self.broken: set[int] = set()
         self.targets: list[tuple[Mode, int, float, float, float, float]] = []
         """Mode, item, place; and of the target distance, m, and bearing, deg, as a station shows them."""
 
-    def read(self, tick: Tick) -> Order:
-        said = self.script.get(tick.t)
-        if isinstance(said, list):
-            self.items = said
-            for i, each in enumerate(said):
+    def says(self, tick: Tick) -> list:
+        said = super().says(tick)
+        if said and isinstance(said[0], list):
+            (self.items,) = said
+            for i, each in enumerate(self.items):
                 each.seq = i
-            said = mavlink.MAVLink_mission_count_message(1, 1, len(said), said[0].mission_type)
-        self.node.receive(tick, [[m.pack(self.mav) for m in (*self.next, *([said] if said else []))]])
-        self.next = []
-        return self.node.order()
+            said = [mavlink.MAVLink_mission_count_message(1, 1, len(self.items), self.items[0].mission_type)]
+        said, self.next = [*self.next, *said], []
+        return said
 
-    def write(self, cycle: Cycle) -> None:
-        for m in mavlink.MAVLink(None).parse_buffer(self.node.report(cycle)[0]) or []:
-            kind = m.get_type()
-            if kind == "MISSION_REQUEST_INT":
-                self.next.append(self.items[m.seq])
-            elif kind == "MISSION_ACK":
-                self.acks.append((m.mission_type, m.type))
-            elif kind == "COMMAND_ACK":
-                self.results.append((m.command, m.result))
-            elif kind == "MISSION_ITEM_REACHED":
-                self.reached.append(m.seq)
-            elif kind == "FENCE_STATUS":
-                self.broken.add(m.breach_status)
-            elif kind == "NAV_CONTROLLER_OUTPUT":
-                here = *cycle.state.eta[:2], m.wp_dist, m.target_bearing
-                self.targets.append((cycle.mode.mode, cycle.reference.item, *here))
+    def hears(self, cycle: Cycle, message) -> None:
+        kind = message.get_type()
+        if kind == "MISSION_REQUEST_INT":
+            self.next.append(self.items[message.seq])
+        elif kind == "MISSION_ACK":
+            self.acks.append((message.mission_type, message.type))
+        elif kind == "MISSION_ITEM_REACHED":
+            self.reached.append(message.seq)
+        elif kind == "FENCE_STATUS":
+            self.broken.add(message.breach_status)
+        elif kind == "NAV_CONTROLLER_OUTPUT":
+            here = *cycle.state.eta[:2], message.wp_dist, message.target_bearing
+            self.targets.append((cycle.mode.mode, cycle.reference.item, *here))
 
     def seen(self, mode: Mode, item: int, x: float, y: float) -> bool:
         """Whether the target was there throughout, m, and often enough to tell."""
@@ -122,14 +83,9 @@ class Planner:
 
 
 def flown(folder: Path, planner: Planner, duration: float, completes: str, more: str = "") -> Log:
-    scenario = folder / "plans.toml"
-    scenario.write_text(SCENARIO.format(duration=duration, completes=completes) + more)
-    fly(prepare(FlightRequest(scenario=str(scenario)), {}), folder / "log.mcap", command=lambda p: Grounds(p, planner))
-    return read(folder / "log.mcap")
-
-
-def command(number: int, *params: float):
-    return mavlink.MAVLink_command_long_message(1, 1, number, 0, *params, *(0.0,) * (7 - len(params)))
+    """Hold a course until a station has something else to do."""
+    course = under_way(duration, 6.0, hold(6.0), completes=completes, bottom=25.0, rpm=492.0)
+    return flown_by(planner, course + more, folder)
 
 
 @pytest.fixture(scope="module")

@@ -13,6 +13,19 @@ from pymavlink import mavutil
 from tests.command import Forked
 
 
+def idle(duration: float) -> str:
+    """The scenario of a vehicle that waits at the surface for whoever comes, s."""
+    return f"""
+description = "Waits at the surface for whoever comes."
+duration_s = {duration}
+completes = "time"
+[autopilot.safety]
+late_max = 1000  # on a machine that tests share with others
+[autopilot.estimation.learning]
+enabled = false
+"""
+
+
 @contextlib.contextmanager
 def flight(folder: Path, state: Path, identity: str = "ardusub") -> Iterator[Any]:
     """A vehicle that flies in real time, and mavutil listening to it."""

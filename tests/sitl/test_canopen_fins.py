@@ -11,7 +11,7 @@ from sternplane.sitl.flight import CONFIG
 
 from firmware_py.app import build
 from firmware_py.records.event import EventKind
-from tests.sitl.fin_flight import flown_with
+from tests.sitl.fin_flight import flown_with, lags
 
 IO = CONFIG / "io_canopen.toml"
 FINS, SECONDS = 4, 12.0
@@ -29,12 +29,7 @@ def test_fins_are_started_up_armed_and_follow_and_the_flight_replays(shipped: Lo
     assert armed[0].tick.t == 0.5
     moved = max(abs(angle) for cycle in armed for angle in cycle.applied.fins)
     assert moved > 0.1
-    late = [
-        abs(now.frame.fins[i].value - before.applied.fins[i])
-        for before, now in zip(cycles[200:], cycles[215:], strict=False)
-        for i in range(FINS)
-        if abs(before.applied.fins[i] - now.applied.fins[i]) < 0.005
-    ]
+    late = lags(cycles)
     assert len(late) > 1000
     assert max(late) < 0.02
     assert not any(shipped.end["losses"][cause] for cause in ("canopen_malformed", "canopen_other_master"))

@@ -14,17 +14,9 @@ from sternplane.logs.reading import read
 
 from firmware_py.records.order import Arming, Mode
 from tests.command import Forked
+from tests.sitl.stations import idle
 
 PASSPHRASE = "correct horse battery"
-IDLE = """
-description = "Waits at the surface for whoever comes."
-duration_s = 60.0
-completes = "time"
-[autopilot.safety]
-late_max = 1000  # on a machine that tests share with others
-[autopilot.estimation.learning]
-enabled = false
-"""
 ARM = mavutil.mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 
 
@@ -38,7 +30,7 @@ def free_port(kind: int) -> int:
 def flight(tmp_path: Path) -> Iterator[tuple[int, int, Path]]:
     """Ports for TCP and UDP, and the folder of the run."""
     scenario, key, folder = tmp_path / "idle.toml", tmp_path / "key", tmp_path / "run"
-    scenario.write_text(IDLE)
+    scenario.write_text(idle(60.0))
     key.write_text(PASSPHRASE)
     key.chmod(0o600)
     tcp, udp = free_port(socket.SOCK_STREAM), free_port(socket.SOCK_DGRAM)

@@ -8,6 +8,7 @@ import socket
 import time
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from pymavlink import mavutil
@@ -66,7 +67,7 @@ def test_flights_are_numbered_whatever_the_clock_shows(
 ) -> None:
     logs, names = tmp_path / "logs", []
     for stamp in ("20261123-104501", "19700101-000012", "19700101-000012"):  # its battery is empty
-        monkeypatch.setattr(run_folders.time, "strftime", lambda _form, stamp=stamp: stamp)
+        monkeypatch.setattr(run_folders, "time", SimpleNamespace(strftime=lambda _form, stamp=stamp: stamp))
         names.append(run_folders.numbered_folder(logs).name)
     assert names == ["00001-20261123-104501", "00002-19700101-000012", "00003-19700101-000012"]
     assert [log_names.flight_number(name) for name in names] == [1, 2, 3]

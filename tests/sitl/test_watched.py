@@ -18,17 +18,9 @@ from sternplane.logs.reading import read
 from firmware_py.records.order import Arming, Mode
 from tests.bus_numbers import free_number
 from tests.command import Forked
+from tests.sitl.stations import idle
 
 ROOT = Path(__file__).resolve().parents[2]
-IDLE = """
-description = "Waits at the surface for whoever comes."
-duration_s = 300.0
-completes = "time"
-[autopilot.safety]
-late_max = 1000  # on a machine that tests share with others
-[autopilot.estimation.learning]
-enabled = false
-"""
 NODES = {
     10: "org.sternplane.autopilot",
     21: "org.sternplane.sim.servo_hub",
@@ -53,7 +45,7 @@ def flight(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Flight]:
     """A vehicle and its plant, in two processes and in real time; the vehicle talks to a station."""
     place = tmp_path_factory.mktemp("watched")
     scenario = place / "idle.toml"
-    scenario.write_text(IDLE)
+    scenario.write_text(idle(300.0))
     folder = place / "run"
     station = mavutil.mavlink_connection("udpin:127.0.0.1:0")
     link = f"udpout:127.0.0.1:{station.port.getsockname()[1]}"

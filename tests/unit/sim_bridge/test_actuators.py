@@ -4,23 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import tomllib
-from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from firmware_py import params
 from firmware_py.marine import Eta, Nu
 from sim_bridge.plant.actuators import lag, play
 from sim_bridge.plant.environment import Environment, EnvironmentParams
 from sim_bridge.plant.plant import Plant
-from sim_bridge.plant.truth import Truth
 
-CONFIG = Path(__file__).resolve().parents[3] / "configs" / "npsauv2" / "truth.toml"
-TRUTH = params.load(Truth, tomllib.loads(CONFIG.read_text()), "truth.toml")
+from .plants import TRUTH
+
 DEG = math.pi / 180.0
 
 

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from firmware_py import params
 from firmware_py.marine import Eta, Nu
 from sim_bridge.plant.dynamics import rigid_body
 from sim_bridge.plant.environment import Environment, EnvironmentParams
@@ -22,8 +19,8 @@ from sim_bridge.plant.propulsion import propulsion, race
 from sim_bridge.plant.strips import NODES, WEIGHTS, cross_flow, hydrostatics, immersed
 from sim_bridge.plant.truth import Truth
 
-CONFIG = Path(__file__).resolve().parents[3] / "configs" / "npsauv2" / "truth.toml"
-TRUTH = params.load(Truth, tomllib.loads(CONFIG.read_text()), "truth.toml")
+from .plants import TRUTH
+
 CONSTANTS = constants(TRUTH)
 DEEP = Eta(0.0, 0.0, 100.0, 0.0, 0.0, 0.0)
 TRIM = 500.0 / 60.0, 1.8288

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import tomllib
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,25 +17,7 @@ from sim_bridge.plant.packing import mass_matrix
 from sim_bridge.plant.plant import AT_REST, Plant, PlantError
 from sim_bridge.plant.truth import FinStation, PlantDropWeight, PlantFin, Truth, without_weight
 
-CONFIG = Path(__file__).resolve().parents[3] / "configs" / "npsauv2" / "truth.toml"
-TRUTH = params.load(Truth, tomllib.loads(CONFIG.read_text()), "truth.toml")
-DEEP = Eta(0.0, 0.0, 50.0, 0.0, 0.0, 0.0)
-TRIM = 500.0 / 60.0
-CRUISE = Nu(1.8288, 0.0, 0.0, 0.0, 0.0, 0.0)
-CENTRED = (0.0, 0.0, 0.0, 0.0)
-STILL = EnvironmentParams()
-
-
-def new_plant(truth: Truth = TRUTH, dt: float = 0.01, sea: EnvironmentParams = STILL, **start: Any) -> Plant:
-    start.setdefault("eta0", DEEP)
-    return Plant(truth, Environment(sea, 5, dt), dt, **start)
-
-
-def run(plant: Plant, seconds: float, fins: tuple[float, ...] = CENTRED, n: float = 0.0) -> Plant:
-    for _ in range(round(seconds / plant.dt)):
-        plant.step(fins, n)
-    return plant
-
+from .plants import CENTRED, CRUISE, DEEP, TRIM, TRUTH, new_plant, run
 
 # --- the propeller ---------------------------------------------------------------------------------------------------
 

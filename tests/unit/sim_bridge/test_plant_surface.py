@@ -2,27 +2,20 @@
 
 from __future__ import annotations
 
-import tomllib
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from firmware_py import params
 from firmware_py.marine import Eta, Nu
 from sim_bridge.plant.environment import Environment, EnvironmentParams
 from sim_bridge.plant.packing import mass_matrix
 from sim_bridge.plant.plant import Plant
-from sim_bridge.plant.truth import Truth
 
-CONFIG = Path(__file__).resolve().parents[3] / "configs" / "npsauv2" / "truth.toml"
-TRUTH = params.load(Truth, tomllib.loads(CONFIG.read_text()), "truth.toml")
+from .plants import CENTRED, CRUISE, TRIM, TRUTH
+
 W, R = 53400.0, 0.265
-CRUISE = Nu(1.8288, 0.0, 0.0, 0.0, 0.0, 0.0)
-TRIM = 500.0 / 60.0
-CENTRED = (0.0, 0.0, 0.0, 0.0)
 
 
 def new_plant(z: float, theta: float = 0.0, dt: float = 0.01, phi: float = 0.0, **start: Any) -> Plant:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import time
 from types import SimpleNamespace
 
 import pytest
 from sternplane.logs.after_log import after_log
+from sternplane.sitl import aboard_faults
 from sternplane.sitl.aboard_faults import AboardFaults
 
 from firmware_py.adapters.storage.recorder import LogError
@@ -125,7 +125,7 @@ def test_a_log_that_fails_by_itself_ends_a_simulated_flight_though_the_clock_jum
 
 def test_a_jump_of_the_clock_holds_the_vehicle_up_once(monkeypatch):
     slept, kept = [], []
-    monkeypatch.setattr(time, "sleep", slept.append)
+    monkeypatch.setattr(aboard_faults, "time", SimpleNamespace(sleep=slept.append))
     keep = aboard("jump:clock=2@1", "jump:clock=0.5@1.5", realtime=True).recorded(kept.append)
     for k in range(300):
         keep(cycle(0.01 * k))

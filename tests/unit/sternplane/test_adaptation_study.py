@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 from sternplane.logs.tracking import Array
-from sternplane.study.adaptation import navigation, second_dive
+from sternplane.study.adaptation import flight, navigation, rivals, second_dive
 from sternplane.study.adaptation.cases import CASES
 from sternplane.study.adaptation.courses import demonstration, track
 from sternplane.study.adaptation.flight import Design, Errors, flown
@@ -44,14 +44,17 @@ def test_the_heading_counts_about_its_mean_and_the_depth_as_it_is() -> None:
     assert math.isnan(bias.figures(50.0)["depth"])
 
 
-def run(depth: float, heading: float, failed: float = 0.0) -> RunArrays:
-    """Return a run whose adaptive laws have these ratios to the oracle."""
+LAWS = ("oracle", "50 % wrong, fixed", "50 % wrong, adaptive", "70 % wrong, fixed", "70 % wrong, adaptive")
+
+
+def run(depth: float, heading: float, failed: float = 0.0, laws: tuple[str, ...] = LAWS) -> RunArrays:
+    """Return a run whose adaptive laws have these ratios to the oracle, with a file that is 50 % wrong."""
     found = {}
-    for design in Design:
-        name, share = design.name.lower(), (depth, heading) if design is Design.ADAPTIVE else (1.0, 1.0)
-        late = [0.05 * share[0], 0.12 * share[1], 0.1, 0.5, 6.0]
+    for name in laws:
+        told = name == "50 % wrong, adaptive"
+        late = [0.05 * depth, 0.12 * heading, 0.1, 0.5, 6.0] if told else [0.05, 0.12, 0.1, 0.5, 6.0]
         found |= {f"{name} early": np.array([0.1, 1.0, 0.5, 10.0, 6.0]), f"{name} late": np.array(late)}
-        found |= {f"{name} failed": np.array(failed * (design is Design.ADAPTIVE)), f"{name} adopted": np.array(40.0)}
+        found |= {f"{name} failed": np.array(failed * told), f"{name} adopted": np.array(40.0)}
         found[f"{name} errors"] = np.column_stack([T[::100], np.full((180, 2), [depth, heading])])
     return found
 
@@ -73,7 +76,11 @@ def test_what_is_worse_than_its_target_is_missed(runs: list[RunArrays], missed: 
 
 
 def test_the_page_shows_one_flight_and_all_beside_the_oracle() -> None:
-    depth, heading, all_flights = CASES[0].evaluate([run(1.0, 1.1), run(1.2, 1.0)]).plots
+    depth, heading, all_flights = CASES[0].evaluate([run(1.0, 1.1), run(1.2, 1.0)]).plots[:3]
+    assert [plot.title for plot in (depth, all_flights)] == [
+        "Depth error, 50 % wrong, first of the flights",
+        "All flights, 50 % wrong",
+    ]
     assert [curve.name for curve in depth.figure.data] == ["oracle", "fixed", "adaptive"]
     assert set(heading.figure.data[2].y.tolist()) == {np.float32(1.1)}
     assert {box.name: list(box.y) for box in all_flights.figure.data} == {
@@ -87,6 +94,37 @@ def test_the_page_shows_one_flight_and_all_beside_the_oracle() -> None:
 def test_the_median_of_few_flights_is_held_to_the_target_of_the_worst() -> None:
     assert all(row.ok is not False for row in CASES[0].evaluate([run(1.1, 1.0)]).rows)
     assert any(row.ok is False for row in CASES[0].evaluate([run(1.2, 1.0)]).rows)
+
+
+@pytest.mark.parametrize("short", [True, False])
+@pytest.mark.parametrize("case", [*CASES[:2], *rivals.CASES[:1], *navigation.NAVIGATION_CASES[:2]])
+def test_the_short_form_flies_what_its_targets_judge_and_the_full_form_all(
+    case: Case, short: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No flight is the same as another of its run, and no row that either form judges is missed."""
+    flown: list[object] = []
+
+    def fly(*what: object, **more: object) -> Errors:
+        flown.append((what, more))
+        return errors(0.1, 0.1, 80.0, 150.0)._replace(travel=T)
+
+    def voyage(*what: object) -> navigation.Voyage:
+        flown.append(what)
+        t = np.arange(250.0)
+        return navigation.Voyage(t, *[t] * 8, z_d=t + 0.01, completed=True)
+
+    monkeypatch.setattr(flight, "flown_as", fly)
+    monkeypatch.setattr(rivals, "flown_as", fly)
+    monkeypatch.setattr(navigation, "voyage", voyage)
+    in_form = case.in_form(short)
+    runs = [in_form.run(1000 + k, k) for k in range(case.short)]
+    assert len({repr(one) for one in flown}) == len(flown)
+    rows = in_form.evaluate(runs).rows
+    assert bool([row for row in rows if "fixed" in row.figure or "pings" in row.figure]) != short
+    whole = case.evaluate([case.run(1000 + k, k) for k in range(case.short)]).rows
+    judged = [row for row in whole if row.target is not None]
+    assert [row for row in rows if row.target is not None] == judged
+    assert len(judged) > 2
 
 
 @pytest.mark.parametrize("begins", [True, False])

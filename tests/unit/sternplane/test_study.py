@@ -245,6 +245,25 @@ def test_a_study_that_was_broken_off_or_grows_makes_only_the_runs_that_are_missi
     assert "made by another revision: an older one" in (out / "report.html").read_text()
 
 
+def _a_part(seed: int, k: int) -> RunArrays:
+    return _counted(seed, k) | {"some, of a run": np.zeros(2)}
+
+
+def test_the_full_form_takes_no_run_of_the_short_form_that_left_flights_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COUNTED", str(tmp_path / "made"))
+    monkeypatch.setattr(command, "ESTIMATION", Study("t", "d", [Case("counted", "", _counted, _shown, 9, 2, _a_part)]))
+    monkeypatch.setattr(engine, "LocalCrew", Here)
+    for form, value in ((["--short"], 0.0), ([], 3.0), (["--short"], 0.0)):
+        assert main.main(["study", "estimation", "--seeds", "4:6", *form, "--out", str(tmp_path)]) == 0
+        (row,) = json.loads((tmp_path / "results.json").read_text())["rows"]
+        assert row["value"] == pytest.approx(value)
+    assert sorted((tmp_path / "made").read_text().splitlines()) == ["4 0", "4 0", "5 1", "5 1"]  # each form once
+
+
 def test_no_two_cases_of_a_study_keep_their_runs_under_one_name() -> None:
     for study in (command.ESTIMATION, adaptation.ADAPTATION):
-        assert len({file_name(case.name) for case in study.cases}) == len(study.cases)
+        cases = [case.in_form(short) for case in study.cases for short in (False, True)]
+        files = {file_name(case.files or case.name) for case in cases}
+        assert len(files) == len(study.cases) + sum(case.judged is not None for case in study.cases)

@@ -64,4 +64,4 @@ class KeptRuns:
         write(path, content.getvalue())
 
     def _path(self, case: Case, seed: int, k: int) -> Path:
-        return self.folder / f"{file_name(case.name)}.{seed}.{k}.npz"
+        return self.folder / f"{file_name(case.files or case.name)}.{seed}.{k}.npz"

@@ -92,6 +92,16 @@ class Case(NamedTuple):
     runs: int
     short: int
     """How many runs, and how many in the form for CI: 0 for a case that is left out of it."""
+    judged: Callable[[int, int], RunArrays] | None = None
+    """`run` for the form for CI, where no target there judges some of its flights: it leaves these out."""
+    files: str = ""
+    """What the names of its files begin with; "" for its name."""
+
+    def in_form(self, short: bool) -> Case:
+        """Return the case as one of the forms runs it; runs that leave flights out have files of their own."""
+        if not short or self.judged is None:
+            return self
+        return self._replace(run=self.judged, files=f"{self.name}, judged flights")
 
 
 class Study(NamedTuple):
@@ -105,7 +115,7 @@ class Study(NamedTuple):
 
     def in_form(self, short: bool) -> Study:
         """Return the study with the cases that are flown in its short or its full form."""
-        return self._replace(cases=[case for case in self.cases if case.short or not short])
+        return self._replace(cases=[case.in_form(short) for case in self.cases if case.short or not short])
 
 
 def _finite(value: float | None) -> float | None:

@@ -35,10 +35,24 @@ _NAMED = {"rudder": 3.0, "stern plane": 8.0}
 _OVER_MATCHED = 1.5
 
 
-class DamageWitness(Witness):
+class AlarmWitness(Witness):
+    """Takes down how many fins are named."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.alarms = 0
+
+    def see(self, cycle: Cycle, truth: TruthSample) -> None:
+        """Take one cycle and the truth at its tick."""
+        super().see(cycle, truth)
+        self.alarms += len(named(cycle))
+
+
+class DamageWitness(AlarmWitness):
     """Takes down when the fins of an axis are named, and when a matched filter that knows the truth names them.
 
-    Times are of excitation alone: those in which the fins are over 2 deg from amidships, since the fault.
+    Times are of excitation alone: those in which the fins are over 2 deg from amidships, since the fault. The right
+    fins are no alarms from then on.
     """
 
     def __init__(self, kind: str, onset: float) -> None:
@@ -48,7 +62,6 @@ class DamageWitness(Witness):
         self._matched = MatchedFilter(ActuatorParams(), vehicle(), self._pair[0], onset)
         self._excited = 0.0
         self.named = self.matched = math.inf
-        self.alarms = 0
 
     def see(self, cycle: Cycle, truth: TruthSample) -> None:
         """Take one cycle and the truth at its tick."""
@@ -57,13 +70,17 @@ class DamageWitness(Witness):
         if t >= self._onset:
             angle = sum([cycle.applied.fins[i] for i in self._pair]) / len(self._pair)
             self._excited += cycle.tick.dt * (abs(angle) > _EXCITED)
-        said = [e.names[0] for e in cycle.events if e.kind is EventKind.ACTUATOR_FAULT]
-        right = [name for name in said if name in self._names]
-        self.alarms += len(said) - (len(right) if t >= self._onset else 0)
+        right = [name for name in named(cycle) if name in self._names]
         if right and t >= self._onset:
+            self.alarms -= len(right)
             self.named = min(self.named, self._excited)
         if self._matched.update(cycle) and t >= self._onset:
             self.matched = min(self.matched, self._excited)
+
+
+def named(cycle: Cycle) -> list[str]:
+    """Return the fins that are named in a cycle."""
+    return [event.names[0] for event in cycle.events if event.kind is EventKind.ACTUATOR_FAULT]
 
 
 def _half(seed: int, k: int, kind: str) -> RunArrays:
@@ -105,9 +122,8 @@ class Limits(NamedTuple):
 def _jam(seed: int, k: int, course: Callable[[], Course], fin: str, mute: Sequence[str]) -> RunArrays:
     onset = 60.0 if course().name == "track" else 150.0
     angle = _JAM if k % 2 == 0 else -_JAM
-    witness = DamageWitness("rudder" if fin.startswith("rudder") else "stern plane", onset)
     faults = (*(f"silent:{name}@{_SILENT:g}" for name in mute), f"jam:{fin}={angle:g}@{onset}")
-    errors = flown(course(), seed, 0.0, Design.ADAPTIVE, faults, witness)
+    errors = flown(course(), seed, 0.0, Design.ADAPTIVE, faults)
     late = errors.figures(onset + _SETTLED)
     figures = [late[figure] for figure in ("depth", "depth_most", "heading", "heading_most")]
     return {"jam": np.array([*figures, float(errors.completed)])}
@@ -131,7 +147,7 @@ def _healthy(seed: int, k: int) -> RunArrays:
     del k
     found = []
     for eddies in (0.0, 0.05):
-        witness = DamageWitness("rudder", math.inf)
+        witness = AlarmWitness()
         errors = flown(track(_HEALTHY, eddies), seed, 0.0, Design.ADAPTIVE, (), witness)
         found.append((float(witness.alarms), float(not errors.completed)))
     return {"healthy": np.array(found)}

@@ -30,10 +30,11 @@ def one_flight(seed_text: str, errors: Mapping[str, Array]) -> list[Plot]:
     return plots
 
 
-def beside_oracle(ratios: Mapping[tuple[str, str], Sequence[float]]) -> Plot:
+def beside_oracle(what: str, ratios: Mapping[tuple[str, str], Sequence[float]]) -> Plot:
     """Return every flight's RMS error over that of the oracle in the same flight.
 
     Args:
+        what: what the vehicle file has, for the title.
         ratios: (quantity, design) -> a number for each flight.
     """
     figure = go.Figure()
@@ -51,4 +52,4 @@ def beside_oracle(ratios: Mapping[tuple[str, str], Sequence[float]]) -> Plot:
     figure.add_hline(y=1.0, line={"color": TRUTH, "width": 1, "dash": "dash"})
     figure.update_yaxes(title="RMS error over the oracle's", type="log", exponentformat="power", dtick=1)
     note = "One point a flight; box: quartiles and median. At 1 a law does as well as one that knows the truth."
-    return Plot("All flights", note, figure, over_time=False, height=300)
+    return Plot(f"All flights, {what}", note, figure, over_time=False, height=300)
