@@ -20,7 +20,7 @@ import pytest
 
 from firmware_py import __version__
 from firmware_py.adapters import kernel_cache
-from firmware_py.adapters.kernel_compile import compile_missing
+from firmware_py.adapters.kernel_compile import prepare_kernels
 
 ROOT = Path(__file__).resolve().parents[2]
 BRIEF = """
@@ -79,7 +79,7 @@ def run(place: Path, wheel: Path) -> Run:
     pip = [sys.executable, "-m", "pip", "--python", python, "--disable-pip-version-check", "install", "--quiet"]
     subprocess.run([*pip, "--no-index", "--no-deps", wheel], check=True, timeout=110)
     (site / "libraries.pth").write_text(f"{sysconfig.get_path('purelib')}\n")
-    compile_missing(kernel_cache.use(), print)  # once for all tests, which share them by their content
+    prepare_kernels(kernel_cache.PACKAGES)  # once for all tests, which share them by their content
     cache = shutil.copytree(kernel_cache.use(), place / "kernels" / kernel_cache.use().name)
     other: list[str] = []
     if os.geteuid() == 0:
