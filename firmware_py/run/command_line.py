@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 
 from firmware_py import __version__
 from firmware_py.foreign_text import visible
+from firmware_py.run.terminal import fitting, say
 
 BAD = 2
 """The exit status of bad input."""
@@ -31,12 +32,15 @@ class Parser(argparse.ArgumentParser):
         options, rest = self.parse_known_args(args, namespace)
         if rest:
             unknown = one_line(f"unrecognized arguments: {' '.join(rest)}")
-            self.exit(BAD, f"sternplane: {unknown}; see `{options.prog} --help`\n")
+            self._refuse(unknown, options.prog)
         return options
 
     def error(self, message: str) -> NoReturn:
         """Print what is wrong, and exit."""
-        self.exit(BAD, f"sternplane: {one_line(message)}; see `{self.prog} --help`\n")
+        self._refuse(one_line(message), self.prog)
+
+    def _refuse(self, why: str, prog: str) -> NoReturn:
+        self.exit(BAD, fitting(f"sternplane: {why}; see `{prog} --help`", sys.stderr) + "\n")
 
 
 def one_line(text: str) -> str:
@@ -70,13 +74,13 @@ def status_of(run: Callable[[], int]) -> int:
         sys.stdout = None
         return 1
     except KeyboardInterrupt:
-        print("sternplane: interrupted", file=sys.stderr)
+        say("sternplane: interrupted")
         return _INTERRUPTED
     except Exception as error:
         from firmware_py.run.errors import BAD_INPUT  # imports all that can fail: not needed to print a help text
 
         if not isinstance(error, BAD_INPUT):
             raise
-        print(f"sternplane: {one_line(str(error))}", file=sys.stderr)
+        say(f"sternplane: {one_line(str(error))}")
         return BAD
     return status

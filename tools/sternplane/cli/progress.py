@@ -16,6 +16,7 @@ from rich.text import Text
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.event_text import texts
 from firmware_py.run.sensor_watch import SensorWatch
+from firmware_py.run.terminal import folded
 from sternplane.plain_console import PlainConsole
 
 _REDRAW_S = 0.125
@@ -100,7 +101,8 @@ class Progress:
             self._live.stop()
 
     def _say(self, line: str) -> None:
-        self._console.print(line, highlight=False, markup=False, soft_wrap=True)
+        text = folded(line, self._console.width) if self._terminal else line
+        self._console.print(text, highlight=False, markup=False, soft_wrap=True)
 
     def _bar(self, cycle: Cycle, width: int) -> RenderableType:
         """Return one line: the longest form that leaves room for a bar, or else the longest that fits without one."""
