@@ -78,9 +78,9 @@ class FlightRecorder:
             say(f"{cycle.tick.t:9.2f} s  {line}")
         if cycle.tick.k * cycle.tick.dt_ns % _STATUS_NS == 0:
             state, mode = cycle.state, cycle.mode.mode.name.lower()
-            depth = f"{state.eta.z:.2f}" if state.depth_ok else "?"
+            depth = f"{state.eta.z:z.2f}" if state.depth_ok else "?"
             heading = round(math.degrees(state.eta.psi)) % 360 if state.attitude_ok else "?"
-            say(f"{cycle.tick.t:9.2f} s  {mode}, depth {depth} m, heading {heading}°, {state.nu.u:.2f} m/s")
+            say(f"{cycle.tick.t:9.2f} s  {mode}, depth {depth} m, heading {heading}°, {state.nu.u:z.2f} m/s")
         self.last = cycle
         if self.broken:
             self._without(cycle)

@@ -34,15 +34,15 @@ class _Form(NamedTuple):
 
 _FORMS = (
     _Form(
-        "{t:5.1f} of {total:.0f} s  depth {z:5.2f} m  heading {psi:5.1f}°{waypoint}  {mode:<8} {speed_up:4.1f}×",
+        "{t:5.1f} of {total:.0f} s  depth {z:z5.2f} m  heading {psi:5.1f}°{waypoint}  {mode:<8} {speed_up:4.1f}×",
         "  waypoint {next}/{last}",
     ),
     _Form(
-        "{t:5.1f}/{total:.0f} s  depth {z:5.2f} m  hdg {psi:5.1f}°{waypoint}  {mode:<8} {speed_up:4.1f}×",
+        "{t:5.1f}/{total:.0f} s  depth {z:z5.2f} m  hdg {psi:5.1f}°{waypoint}  {mode:<8} {speed_up:4.1f}×",
         "  wp {next}/{last}",
     ),
-    _Form("{t:.0f}/{total:.0f} s {z:5.2f} m {psi:5.1f}°{waypoint} {mode:<8} {speed_up:4.1f}×", " wp {next}/{last}"),
-    _Form("{t:.0f} s {z:.1f} m {psi:.1f}°{waypoint} {mode}", " wp {next}"),
+    _Form("{t:.0f}/{total:.0f} s {z:z5.2f} m {psi:5.1f}°{waypoint} {mode:<8} {speed_up:4.1f}×", " wp {next}/{last}"),
+    _Form("{t:.0f} s {z:z.1f} m {psi:.1f}°{waypoint} {mode}", " wp {next}"),
 )
 """From the longest to the shortest, which is for where not even the words have room."""
 
