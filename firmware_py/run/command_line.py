@@ -8,7 +8,6 @@ import sys
 from collections.abc import Callable
 from typing import Any, NoReturn
 
-from firmware_py import __version__
 from firmware_py.foreign_text import visible
 from firmware_py.run.terminal import fitting, say
 
@@ -57,8 +56,16 @@ def _cut(text: str, most: int) -> str:
 
 
 def add_version(parser: argparse.ArgumentParser) -> None:
-    """Add --version."""
-    parser.add_argument("--version", action="version", version=f"sternplane {__version__}")
+    """Add --version, which asks git for the commit when it is given."""
+    parser.add_argument("--version", action=_Version, nargs=0, help="show version and commit, and exit")
+
+
+class _Version(argparse.Action):
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        from firmware_py.run.provenance import version_line  # imports more than a help text needs
+
+        print(version_line())
+        parser.exit()
 
 
 def status_of(run: Callable[[], int]) -> int:
