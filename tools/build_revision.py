@@ -17,7 +17,7 @@ class RevisionHook(BuildHookInterface[Any]):
     PLUGIN_NAME = "custom"
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Lay the commit into the package, with "-dirty" if something was changed since; where git knows none, nothing."""
+        """Lay the commit into the package, with "-dirty" if something was changed since; nothing where git has none."""
         if version == "editable" or not (Path(self.root) / ".git").exists():
             return
         command = ["git", "-C", self.root, "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
