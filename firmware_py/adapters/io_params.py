@@ -84,7 +84,7 @@ class IoParams:
     log: LogParams = field(default_factory=LogParams)
 
     def __post_init__(self) -> None:
-        """Refuse an unknown bus, a device with the id of autopilot or plant, one id or port for two, an order of none."""
+        """Refuse an unknown bus, an id of autopilot or plant for a device, one id or port for two, an order of none."""
         for key, bus in (("can.bus", self.can.bus), ("canopen.bus", self.canopen.bus)):
             if bus and (why := unknown_kind(bus)):
                 raise ParamError(f"{key} = {quoted(bus)}: {why}")
