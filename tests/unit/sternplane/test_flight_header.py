@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 
@@ -27,6 +28,24 @@ def test_the_log_knows_the_true_vehicle_and_the_autopilot_does_not(tmp_path: Pat
     assert built["fins"][2]["share"] == pytest.approx([0.0, 0.5, 0.0])
     assert "-0.099" not in str(header["configuration"])
     assert header["configuration"]["vehicle"]["coefficients"]["M_q"] == -0.068
+
+
+def test_digests_tell_files_apart_and_heed_no_comment(tmp_path: Path) -> None:
+    config = tmp_path / "config"
+    shutil.copytree(CONFIG, config)
+
+    def digests() -> dict[str, str]:
+        found: dict[str, str] = prepare(FlightRequest(config=config, scenario="zigzag"), {}).header()["digests"]
+        return found
+
+    before, sensors = digests(), config / "sensors.toml"
+    assert before.keys() == {"scenario", "truth", "sensors"}
+    sensors.write_text(f"# tuned at the pier\n{sensors.read_text()}")
+    assert digests() == before
+    sensors.write_text(re.sub(r"^noise(\w*) = .*$", r"noise\1 = 0.0123", sensors.read_text(), count=1, flags=re.M))
+    changed = digests()
+    assert changed.pop("sensors") != before["sensors"]
+    assert changed.items() <= before.items()
 
 
 def test_it_knows_the_vehicle_as_the_scenario_makes_the_autopilot_believe_it() -> None:
