@@ -136,8 +136,8 @@ def _ended(summary: Summary) -> Rows:
     end = summary["ended"]
     found = [] if end["depth_m"] is None else [("ended", _where(end["mode"], end["depth_m"]))]
     if None not in (end["north_m"], end["east_m"]):
-        north, east = (_side(end[key], *words) for key, words in _SIDES.items())
-        found.append(("ended, from the origin", f"{north}, {east}"))
+        sides = [_side(end[key], *words) for key, words in _SIDES.items()]
+        found.append(("ended, from the origin", ", ".join(filter(None, sides)) or "0 m"))
     truth = summary["by_truth"] or {}
     if truth.get("up_s") is not None and not (summary["completed"] or summary["surfaced"] or summary["after_log"]):
         found.append(("at the surface, by the truth", f"from {truth['up_s']:.1f} s on"))
@@ -153,8 +153,9 @@ def _ended(summary: Summary) -> Rows:
 
 
 def _side(metres: float, positive: str, negative: str) -> str:
+    """Return how far to which side; "" where it rounds to nothing."""
     whole = round(metres)
-    return f"{abs(whole)} m {negative if whole < 0 else positive}" if whole else "0 m"
+    return f"{abs(whole)} m {negative if whole < 0 else positive}" if whole else ""
 
 
 def _found(summary: Summary) -> Rows:
