@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from firmware_py.adapters.buses.can_bus import CanParams, NodeIds, same_bus
+from firmware_py.adapters.buses.can_bus import CanParams, NodeIds, same_bus, unknown_kind
 from firmware_py.adapters.drivers.dronecan.bus_params import CommandParams, LatencyParams, NetworkParams
 from firmware_py.adapters.drivers.dronecan.node_client import TOOL_ID
 from firmware_py.adapters.drivers.instrument_params import Device, InstrumentParams, devices_of, line_of, refuse_port
@@ -84,7 +84,10 @@ class IoParams:
     log: LogParams = field(default_factory=LogParams)
 
     def __post_init__(self) -> None:
-        """Refuse a device with the id of the autopilot or the plant, one id or port for two, and an order of none."""
+        """Refuse an unknown bus, an id of autopilot or plant for a device, one id or port for two, an order of none."""
+        for key, bus in (("can.bus", self.can.bus), ("canopen.bus", self.canopen.bus)):
+            if bus and (why := unknown_kind(bus)):
+                raise ParamError(f"{key} = {quoted(bus)}: {why}")
         taken = {TOOL_ID: "that of bench tools"}
         own = {"can.node_id": self.can.node_id, "can.plant_id": self.can.plant_id}
         devices = {f"nodes.{name}": node_id for name, node_id in self.nodes.by_name.items()}

@@ -16,6 +16,8 @@ from firmware_py.adapters.storage.atomic_file import to_disk, write_atomically
 from firmware_py.params import ParamError
 
 PACKAGES = ("firmware_py", "sim_bridge", "sternplane")
+FLYING = ("firmware_py", "sim_bridge")
+"""Whose kernels a simulated flight needs; those of the tools are for identification, studies and paper alone."""
 _ROOTS = (ROOT, ROOT / "tools")
 """Where the packages lie: side by side once installed, the tools a folder deeper in a checkout."""
 _LOCATOR = "firmware_py.adapters.kernel_locator.KernelLocator"

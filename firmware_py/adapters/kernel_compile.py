@@ -3,27 +3,31 @@
 from __future__ import annotations
 
 import importlib
-import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 from firmware_py.adapters import kernel_cache
+from firmware_py.adapters.kernel_progress import KernelProgress
 from firmware_py.params import ParamError
 
+Say = Callable[[int, int, str], None]
+"""Told at each kernel that has to be compiled: which it is, of how many, and its name, such as "marine.wrapped"."""
 
-def compile_missing(folder: Path, say: Callable[[str], None], packages: Sequence[str] = kernel_cache.PACKAGES) -> None:
+
+def compile_missing(folder: Path, say: Say, packages: Sequence[str] = kernel_cache.PACKAGES) -> None:
     """Compile every kernel of the packages that is not in the folder yet; importing a kernel's module compiles it.
 
     Args:
         folder: of the cache, as `kernel_cache.use` returned it.
-        say: told at each kernel that has to be compiled, "compiling kernels 12/73: firmware_py.marine.wrapped".
+        say: told at each kernel that has to be compiled.
         packages: whose kernels.
 
     Raises:
         ParamError: the folder cannot be written.
     """
-    if kernel_cache.is_complete(folder, packages):
+    packages = [name for name in packages if not kernel_cache.is_complete(folder, [name])]
+    if not packages:
         return
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -36,7 +40,7 @@ def compile_missing(folder: Path, say: Callable[[str], None], packages: Sequence
         ) from None
 
 
-def _compile(say: Callable[[str], None], packages: Sequence[str]) -> None:
+def _compile(say: Say, packages: Sequence[str]) -> None:
     sources = kernel_cache.sources(packages)
     from numba.core import event  # numba takes a quarter of a second, and a complete cache needs none of it
 
@@ -47,10 +51,10 @@ def _compile(say: Callable[[str], None], packages: Sequence[str]) -> None:
 
         def on_start(self, event: Any) -> None:
             function = event.data["dispatcher"].py_func
-            package, _, _ = function.__module__.partition(".")
+            package, *_, module = function.__module__.split(".")
             if package in packages:  # not what numba compiles for itself
                 self.count += 1
-                say(f"compiling kernels {self.count}/{total}: {function.__module__}.{function.__name__}")
+                say(self.count, total, f"{module}.{function.__name__}")
 
         def on_end(self, event: Any) -> None:
             pass
@@ -60,6 +64,7 @@ def _compile(say: Callable[[str], None], packages: Sequence[str]) -> None:
             importlib.import_module(kernel_cache.module_name(path))
 
 
-def prepare_kernels(packages: Sequence[str] = kernel_cache.PACKAGES) -> None:
-    """Choose the cache's folder and compile what is missing there, with a line for each kernel on stderr."""
-    compile_missing(kernel_cache.use(), lambda line: print(f"sternplane: {line}", file=sys.stderr), packages)
+def prepare_kernels(packages: Sequence[str] = kernel_cache.FLYING) -> None:
+    """Choose the cache's folder and compile what is missing there, and say on stderr how far it is."""
+    with KernelProgress() as progress:
+        compile_missing(kernel_cache.use(), progress.update, packages)

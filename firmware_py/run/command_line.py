@@ -8,8 +8,8 @@ import sys
 from collections.abc import Callable
 from typing import Any, NoReturn
 
-from firmware_py import __version__
 from firmware_py.foreign_text import visible
+from firmware_py.run.terminal import fitting, say
 
 BAD = 2
 """The exit status of bad input."""
@@ -31,12 +31,15 @@ class Parser(argparse.ArgumentParser):
         options, rest = self.parse_known_args(args, namespace)
         if rest:
             unknown = one_line(f"unrecognized arguments: {' '.join(rest)}")
-            self.exit(BAD, f"sternplane: {unknown}; see `{options.prog} --help`\n")
+            self._refuse(unknown, options.prog)
         return options
 
     def error(self, message: str) -> NoReturn:
         """Print what is wrong, and exit."""
-        self.exit(BAD, f"sternplane: {one_line(message)}; see `{self.prog} --help`\n")
+        self._refuse(one_line(message), self.prog)
+
+    def _refuse(self, why: str, prog: str) -> NoReturn:
+        self.exit(BAD, fitting(f"sternplane: {why}; see `{prog} --help`", sys.stderr) + "\n")
 
 
 def one_line(text: str) -> str:
@@ -53,8 +56,16 @@ def _cut(text: str, most: int) -> str:
 
 
 def add_version(parser: argparse.ArgumentParser) -> None:
-    """Add --version."""
-    parser.add_argument("--version", action="version", version=f"sternplane {__version__}")
+    """Add --version, which asks git for the commit when it is given."""
+    parser.add_argument("--version", action=_Version, nargs=0, help="show version and commit, and exit")
+
+
+class _Version(argparse.Action):
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        from firmware_py.run.provenance import version_line  # imports more than a help text needs
+
+        print(version_line())
+        parser.exit()
 
 
 def status_of(run: Callable[[], int]) -> int:
@@ -70,13 +81,13 @@ def status_of(run: Callable[[], int]) -> int:
         sys.stdout = None
         return 1
     except KeyboardInterrupt:
-        print("sternplane: interrupted", file=sys.stderr)
+        say("sternplane: interrupted")
         return _INTERRUPTED
     except Exception as error:
         from firmware_py.run.errors import BAD_INPUT  # imports all that can fail: not needed to print a help text
 
         if not isinstance(error, BAD_INPUT):
             raise
-        print(f"sternplane: {one_line(str(error))}", file=sys.stderr)
+        say(f"sternplane: {one_line(str(error))}")
         return BAD
     return status

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import math
-import sys
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -14,6 +13,7 @@ from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.event_text import texts
 from firmware_py.run.sensor_watch import SensorWatch
+from firmware_py.run.terminal import say
 from firmware_py.tick import NS_PER_S
 
 _STATUS_NS = 10 * NS_PER_S
@@ -78,9 +78,9 @@ class FlightRecorder:
             say(f"{cycle.tick.t:9.2f} s  {line}")
         if cycle.tick.k * cycle.tick.dt_ns % _STATUS_NS == 0:
             state, mode = cycle.state, cycle.mode.mode.name.lower()
-            depth = f"{state.eta.z:.2f}" if state.depth_ok else "?"
+            depth = f"{state.eta.z:z.2f}" if state.depth_ok else "?"
             heading = round(math.degrees(state.eta.psi)) % 360 if state.attitude_ok else "?"
-            say(f"{cycle.tick.t:9.2f} s  {mode}, depth {depth} m, heading {heading}°, {state.nu.u:.2f} m/s")
+            say(f"{cycle.tick.t:9.2f} s  {mode}, depth {depth} m, heading {heading}°, {state.nu.u:z.2f} m/s")
         self.last = cycle
         if self.broken:
             self._without(cycle)
@@ -105,9 +105,3 @@ class FlightRecorder:
     def _break(self, error: LogError, t_ns: int) -> None:
         self.broken, self._again_ns = str(error), t_ns + _AGAIN_NS
         self._tell(f"{error}; the flight goes on without a log")
-
-
-def say(line: str) -> None:
-    """Print a line on stderr; a closed terminal does not end a flight."""
-    with contextlib.suppress(OSError, ValueError):
-        print(line, file=sys.stderr, flush=True)

@@ -26,7 +26,7 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.run import kept_navigation, kept_node_ids, over_can, over_hil, provenance
 from firmware_py.run.command_line import BAD
 from firmware_py.run.device_watch import DeviceWatch
-from firmware_py.run.flight_recorder import FlightRecorder, say
+from firmware_py.run.flight_recorder import FlightRecorder
 from firmware_py.run.ground_links import Stations, open_ground
 from firmware_py.run.interrupt import interruptible
 from firmware_py.run.kept_passport import PassportChoice, PassportKeeper
@@ -35,6 +35,7 @@ from firmware_py.run.resumed_state import resume_state
 from firmware_py.run.run_folders import flight_folder, numbered_folder, point_latest
 from firmware_py.run.service_manager import ServiceManager
 from firmware_py.run.state_lock import alone_with
+from firmware_py.run.terminal import say
 from firmware_py.run.usage_error import UsageError
 from firmware_py.settings import Setting, lay_settings, of_file, parse_setting, plain_settings
 from firmware_py.tick import Rate

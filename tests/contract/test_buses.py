@@ -215,12 +215,18 @@ def test_a_bus_number_out_of_range_is_one_line_that_says_what_is_right(spec):
     assert "a number from 0 to 9" in str(failure.value)
 
 
-@pytest.mark.parametrize("spec", ["", "can0", "virtuel", "UDP:1"])
+@pytest.mark.parametrize("spec", ["", "virtuel", "UDP:1"])
 def test_a_bus_that_nobody_knows_is_one_line_that_says_which_are_known(spec):
     with pytest.raises(BusError) as failure:
         open_bus(spec)
     known = "virtual, udp:N, socketcan:IFACE, python-can:INTERFACE:CHANNEL@BITRATE"
     assert str(failure.value) == f"bus {spec!r} is not known; write one of: {known}"
+
+
+@pytest.mark.parametrize("spec", ["can0", "vcan1", "slcan0"])
+def test_the_name_of_an_interface_alone_is_told_how_to_be_written(spec):
+    with pytest.raises(BusError, match=f"^bus '{spec}' is not known; write socketcan:{spec} for the interface"):
+        open_bus(spec)
 
 
 def test_the_channel_tells_virtual_buses_apart_unless_the_name_does():

@@ -20,7 +20,8 @@ import pytest
 
 from firmware_py import __version__
 from firmware_py.adapters import kernel_cache
-from firmware_py.adapters.kernel_compile import compile_missing
+from firmware_py.adapters.kernel_compile import prepare_kernels
+from firmware_py.run import provenance
 
 ROOT = Path(__file__).resolve().parents[2]
 BRIEF = """
@@ -79,7 +80,7 @@ def run(place: Path, wheel: Path) -> Run:
     pip = [sys.executable, "-m", "pip", "--python", python, "--disable-pip-version-check", "install", "--quiet"]
     subprocess.run([*pip, "--no-index", "--no-deps", wheel], check=True, timeout=110)
     (site / "libraries.pth").write_text(f"{sysconfig.get_path('purelib')}\n")
-    compile_missing(kernel_cache.use(), print)  # once for all tests, which share them by their content
+    prepare_kernels(kernel_cache.PACKAGES)  # once for all tests, which share them by their content
     cache = shutil.copytree(kernel_cache.use(), place / "kernels" / kernel_cache.use().name)
     other: list[str] = []
     if os.geteuid() == 0:
@@ -181,4 +182,4 @@ def test_the_vehicles_own_program_runs_and_has_the_packages_version(run: Run) ->
     assert helped.returncode == 0, helped.stderr
     assert "--gcs" in helped.stdout
     for module in ("firmware_py", "sternplane.cli.main"):
-        assert run("-m", module, "--version").stdout == f"sternplane {__version__}\n"
+        assert run("-m", module, "--version").stdout == f"{provenance.version_line()}\n"

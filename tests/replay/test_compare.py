@@ -102,6 +102,26 @@ def test_files_that_no_log_has_are_told_where_they_may_differ(
     assert compared(runs / "sliding", runs / "pid").warnings == []
 
 
+def test_digests_tell_whether_files_that_no_log_has_differ(runs: Path, toy: SimpleNamespace) -> None:
+    def flown(name: str, sea: str = "1a", scenario: str = "mine.toml") -> Path:
+        (runs / name).mkdir()
+        told = {"scenario": scenario, "digests": {"scenario": sea, "truth": "2b", "sensors": "3c"}}
+        toy.fly(runs / name / "log.mcap", 3.0, configuration=config_files.read_configuration(CONFIG), **told)
+        return runs / name
+
+    calm, rough, other = flown("calm"), flown("rough", "4d"), flown("other", "4d", "toy.toml")
+    found = compared(calm, rough)
+    assert {one.key: one.values for one in found.differences} == {
+        "scenario mine.toml: digest of what the file says": ["1a", "4d"]
+    }
+    (said,) = found.warnings
+    assert said.startswith("Files of the simulation are not the same")
+    same = compared(calm, flown("again"))
+    assert (same.differences, same.warnings) == ([], [])
+    assert not [one.key for one in compared(calm, other).differences if "digest" in one.key]
+    assert not [one.key for one in compared(calm, runs / "sliding").differences if "digest" in one.key]
+
+
 def test_laws_and_gains_are_named(runs: Path) -> None:
     rows = {label: values for label, *values in compared(runs / "sliding", runs / "pid").identity}
     assert rows["law"] == ["sliding", "pid"]

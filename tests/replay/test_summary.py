@@ -379,6 +379,10 @@ def test_where_the_flight_ended_is_told(flown: Path) -> None:
     s = summarise(log)
     assert s["ended"] == {"mode": "MISSION", "north_m": -12.4, "east_m": 33.6, "depth_m": log.truth["eta.z"][-1]}
     assert figures(s)["ended, from the origin"] == "12 m south, 34 m east"
+    s["ended"] |= {"north_m": -0.4, "east_m": 0.2}
+    s["heading_estimate_error_mean_deg"] = -0.004
+    assert figures(s)["ended, from the origin"] == "0 m"
+    assert figures(s)["heading estimate off, mean"] == "0.00°"
 
 
 @pytest.mark.parametrize(

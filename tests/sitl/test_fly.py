@@ -17,7 +17,7 @@ from sternplane.logs.reading import read
 from firmware_py.__main__ import main
 from firmware_py.adapters.storage.recorder import LogError, LogWriter
 from firmware_py.params import ParamError
-from firmware_py.run import flight_recorder, kept_navigation, options, over_can, run_folders
+from firmware_py.run import flight_recorder, kept_navigation, options, over_can, run_folders, terminal
 from firmware_py.run import fly as fly_module
 from firmware_py.run.fly import FlightResult, fly
 from firmware_py.run.usage_error import UsageError
@@ -185,7 +185,7 @@ def test_a_terminal_that_is_gone_does_not_end_a_flight(monkeypatch: pytest.Monke
     with os.fdopen(writer, "w") as gone:
         monkeypatch.setattr("sys.stderr", gone)
         for _ in range(3):
-            flight_recorder.say("nobody reads this")
+            terminal.say("nobody reads this")
         monkeypatch.undo()
         os.dup2(os.open(os.devnull, os.O_WRONLY), gone.fileno())  # what is buffered goes nowhere
 

@@ -4,9 +4,9 @@ import sternplane
 
 MISSION = {
     "description": "Two legs across a current.",
-    "duration_s": 40.0,
-    "completes": "time",
-    "start": {"depth_m": 4.0, "u_m_s": 1.8, "n_rpm": 500.0},
+    "duration_s": 90.0,
+    "completes": "surfaced",
+    "start": {"depth_m": 2.0, "u_m_s": 1.8, "n_rpm": 500.0},
     "environment": {
         "current_ned_m_s": [0.0, 0.2, 0.0],
         "turbulence_m_s": 0.02,
@@ -14,8 +14,8 @@ MISSION = {
     },
     "orders": [{"t_s": 0.5, "arming": "arm"}, {"t_s": 1.0, "mode": "mission"}],
     "waypoints": [
-        {"x_m": 30.0, "y_m": 0.0, "depth_m": 6.0, "speed_m_s": 1.8},
-        {"x_m": 60.0, "y_m": 60.0, "depth_m": 8.0, "speed_m_s": 1.8},
+        {"x_m": 40.0, "y_m": 0.0, "depth_m": 3.0, "speed_m_s": 1.8},
+        {"x_m": 70.0, "y_m": 20.0, "depth_m": 3.0, "speed_m_s": 1.8},
     ],
 }
 
@@ -25,7 +25,8 @@ def main() -> None:
     calm = sternplane.fly(MISSION)
     damaged = sternplane.fly(MISSION, faults=["jam:rudder_upper@5"], set={"truth.M_q": -0.048})
     for name, flight in (("calm", calm), ("damaged", damaged)):
-        print(f"{name}: {flight.reason}, path error {flight.summary['path_error_rms_m']:.2f} m rms")
+        error = flight.summary["path_error_rms_m"]
+        print(f"{name}: {flight.reason} in {flight.recording.t[-1]:.0f} s, path error {error:.2f} m rms")
         print("  " + "; ".join(sentence for _, sentence in flight.recording.events))
     sternplane.plot({"calm": calm, "damaged": damaged}).savefig("own_mission.png")
 

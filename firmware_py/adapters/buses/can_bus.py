@@ -161,6 +161,8 @@ _BUSES: dict[str, Callable[[str, bool], FrameBus]] = {
     "socketcan": SocketCanFrameBus,
     "python-can": PythonCanBus,
 }
+_INTERFACE = re.compile(r"\w+\d")
+"""A name such as can0, vcan0 or slcan1."""
 _KNOWN = "virtual, udp:N, socketcan:IFACE, python-can:INTERFACE:CHANNEL@BITRATE"
 
 
@@ -168,6 +170,15 @@ def same_bus(one: str, other: str) -> bool:
     """Return whether two names, as `open_bus` knows them, are of one bus, whatever bitrate they give."""
     first, second = (re.sub(r"@\d+$", "", spec.removeprefix("python-can:")) for spec in (one, other))
     return first == second
+
+
+def unknown_kind(spec: str) -> str:
+    """Return what is wrong with the name of a bus whose kind is not known, and what may be meant; "" if it is known."""
+    kind, colon, _ = spec.partition(":")
+    if kind in _BUSES:
+        return ""
+    meant = f"socketcan:{spec} for the interface of that name, or " if not colon and _INTERFACE.fullmatch(spec) else ""
+    return f"is not known; write {meant}one of: {_KNOWN}"
 
 
 def open_bus(spec: str, channel: str = "sternplane", *, standard: bool = False) -> CanBus:
@@ -182,9 +193,9 @@ def open_bus(spec: str, channel: str = "sternplane", *, standard: bool = False) 
         BusAbsentError: a bus that is not there now.
         BusError: any other that cannot be used.
     """
+    if why := unknown_kind(spec):
+        raise BusError(f"bus {quoted(spec)} {why}")
     kind, _, rest = spec.partition(":")
-    if kind not in _BUSES:
-        raise BusError(f"bus {quoted(spec)} is not known; write one of: {_KNOWN}")
     try:
         return CanBus(_BUSES[kind](rest or channel if kind == "virtual" else rest, standard))
     except can.CanError as error:

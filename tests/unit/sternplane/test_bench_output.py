@@ -1,4 +1,4 @@
-"""What the bench tools print: on a terminal nothing is wider than it, in a pipe nothing is cut, JSON is JSON."""
+"""What the bench tools print: on a terminal nothing is wider than it, nothing is cut anywhere, JSON is JSON."""
 
 from __future__ import annotations
 
@@ -20,13 +20,40 @@ def printed(width: int, terminal: bool) -> str:
     return out.getvalue()
 
 
-@pytest.mark.parametrize("width", [60, 80, 120, 400])
-def test_a_table_fits_its_terminal_and_keeps_what_may_not_be_cut(width: int) -> None:
+@pytest.mark.parametrize("width", [40, 60, 80, 120, 400])
+def test_a_table_fits_its_terminal_and_loses_nothing(width: int) -> None:
     text = printed(width, terminal=True)
     assert max(map(len, text.splitlines())) <= width
     assert "fresh" in text
     assert "[all] is well" in text
+    assert (text.count("n") - "name node".count("n"), text.count("[v]")) == (40, 40)
     assert ("n" * 40 in text) == (width >= 120)
+
+
+def test_where_not_even_folded_columns_fit_each_cell_has_a_line_of_its_own() -> None:
+    out = io.StringIO()
+    rows = [Row(("12", "rudder_upper", "-23.0°", "as seen from behind"), GOOD), Row(("", "rudder_lower", "1.0°", ""))]
+    sheet = Sheet("fins", ("node>", "fin", "told>", "trailing edge*"), rows)
+    show(Console(file=out, width=30, force_terminal=True, color_system=None), [sheet])
+    assert [line.split() for line in out.getvalue().splitlines() if line.strip()] == [
+        ["fins"],
+        ["node", "12"],
+        ["fin", "rudder_upper"],
+        ["told", "-23.0°"],
+        ["trailing", "edge", "as", "seen", "from"],
+        ["behind"],
+        ["fin", "rudder_lower"],
+        ["told", "1.0°"],
+    ]
+
+
+def test_titles_are_folded_before_cells() -> None:
+    out = io.StringIO()
+    sheet = Sheet("", ("fin", "turns at>", "points*"), [Row(("rudder_upper", "60°/s", "to starboard, from behind"))])
+    show(Console(file=out, width=46, force_terminal=True, color_system=None), [sheet])
+    first, second, _, row = (line.rstrip() for line in out.getvalue().splitlines() if line.strip())
+    assert (first.split(), second.split()) == (["turns"], ["fin", "at", "points"])
+    assert row.split("  ") == ["rudder_upper", "60°/s", "to starboard, from behind"]
 
 
 def test_in_a_pipe_nothing_is_cut_and_columns_stand_below_their_titles() -> None:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
+import re
 import shutil
 from pathlib import Path
 
 import pytest
 from sternplane.sitl.flight import CONFIG, FlightRequest, prepare
+from sternplane.sitl.resumed_flight import prepare_to_resume
 
 
 def test_the_log_knows_the_true_vehicle_and_the_autopilot_does_not(tmp_path: Path) -> None:
@@ -29,7 +32,37 @@ def test_the_log_knows_the_true_vehicle_and_the_autopilot_does_not(tmp_path: Pat
     assert header["configuration"]["vehicle"]["coefficients"]["M_q"] == -0.068
 
 
+def test_digests_tell_files_apart_and_heed_no_comment(tmp_path: Path) -> None:
+    config = tmp_path / "config"
+    shutil.copytree(CONFIG, config)
+
+    def digests() -> dict[str, str]:
+        found: dict[str, str] = prepare(FlightRequest(config=config, scenario="zigzag"), {}).header()["digests"]
+        return found
+
+    before, sensors = digests(), config / "sensors.toml"
+    assert before.keys() == {"scenario", "truth", "sensors"}
+    sensors.write_text(f"# tuned at the pier\n{sensors.read_text()}")
+    assert digests() == before
+    sensors.write_text(re.sub(r"^noise(\w*) = .*$", r"noise\1 = 0.0123", sensors.read_text(), count=1, flags=re.M))
+    changed = digests()
+    assert changed.pop("sensors") != before["sensors"]
+    assert changed.items() <= before.items()
+
+
 def test_it_knows_the_vehicle_as_the_scenario_makes_the_autopilot_believe_it() -> None:
     header = prepare(FlightRequest(scenario="demo"), {}).header()
     assert header["truth"]["coefficients"]["M_q"] == -0.068
     assert header["configuration"]["vehicle"]["coefficients"]["M_q"] == 0.6 * -0.068
+
+
+@pytest.mark.parametrize(("north", "told"), [(300.0, True), (3.0, False)])
+def test_it_says_that_a_simulated_vehicle_begins_elsewhere_than_the_last_flight_ended(
+    tmp_path: Path, north: float, told: bool
+) -> None:
+    """Every second dive was "put right by 380 m", and nothing said that only the simulation was to blame."""
+    kept = {"x": north, "y": 0.0, "position_std": 1.0, "surface_pressure": 101325.0}
+    (tmp_path / "navigation.json").write_text(json.dumps(kept))
+    flight = prepare_to_resume(FlightRequest(scenario="zigzag", state=tmp_path))
+    said = [note for note in flight.header()["notes"] if "begins where the scenario says, 300 m from" in note]
+    assert bool(said) is told

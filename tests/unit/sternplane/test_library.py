@@ -130,6 +130,20 @@ def test_a_plot_shows_every_flight_by_its_name(flight: sternplane.FlightResult, 
     figure.savefig(tmp_path / "flight.png")
 
 
+def test_a_plot_shows_the_legs_from_where_the_mission_was_taken_up() -> None:
+    orders = [{"t_s": 0.1, "arming": "arm"}, {"t_s": 0.5, "mode": "mission"}]
+    waypoints = [{"x_m": 30.0, "y_m": 5.0, "depth_m": 5.0, "speed_m_s": 1.8}]
+    flown = sternplane.fly({**SHORT, "orders": orders, "waypoints": waypoints}, seed=3)
+    (begun, end) = sternplane.plot(flown).axes[0].lines[0].get_xydata()
+    assert tuple(end) == (5.0, 30.0)
+    assert begun == pytest.approx((0.0, 0.9), abs=0.2)
+
+
+def test_nothing_is_not_plotted() -> None:
+    with pytest.raises(sternplane.UsageError, match="nothing to plot: give a flight, or several by their names"):
+        sternplane.plot({})
+
+
 @pytest.mark.parametrize(
     ("asked", "said"),
     [

@@ -171,3 +171,17 @@ def test_in_flight_nothing_is_loaded_any_more() -> None:
     lost = Event(EventKind.MODE_CHANGED, Severity.NOTICE, Mode.MANUAL, Mode.HOLD, Cause.ORDERED)
     command, heard = [sys.executable, "-c", script], pickle.dumps(cycle(1, events=(lost,)))
     assert subprocess.run(command, input=heard, capture_output=True, check=True, timeout=60).stdout == b"[]\n"
+
+
+@pytest.mark.parametrize(("terminal", "lines"), [(True, 2), (False, 1)])
+def test_an_event_is_folded_between_words_on_a_terminal_alone(terminal: bool, lines: int) -> None:
+    out = io.StringIO()
+    lost = Event(
+        *(EventKind.MODE_CHANGED, Severity.CRITICAL, Mode.MISSION, Mode.SURFACE, Cause.DEPTH_LOST), numbers=(1.0,)
+    )
+    with Progress(100.0, 5, Console(file=out, width=40, force_terminal=terminal)) as shown:
+        shown.update(cycle(1234, events=(lost,)))
+    said = [line for line in CONTROL.sub("", out.getvalue()).splitlines() if line.strip()]
+    assert len(said) == lines
+    assert " ".join(" ".join(said).split()) == "12.34 s MISSION -> SURFACE: no good depth for 1 s"
+    assert not terminal or max(map(len, said)) <= 40

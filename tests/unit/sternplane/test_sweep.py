@@ -20,6 +20,7 @@ from sternplane.sweep.explain import spearman
 from sternplane.sweep.laws import equal, unsteered
 from sternplane.sweep.page import page
 from sternplane.sweep.plan import LAW, Flights, Plan, laws_of, read_plan, refuse_other
+from sternplane.sweep.plots import distributions
 from sternplane.sweep.sampling import grid, latin_hypercube
 from sternplane.sweep.table import parquet
 from sternplane.sweep.worst import USEFUL, judged_by, outcome_text, refuse_unknown, worst
@@ -298,3 +299,16 @@ def test_laws_that_came_out_equal_are_told_and_figures_of_hand_steering_stand_be
     assert "median path_error_rms_m" not in text
     assert equal([*rows[:3], {**rows[3], "overshoot_first_deg": 8.0}]) == ""
     assert equal([one for one in rows if one["law"] == "pid"]) == ""
+
+
+def test_laws_stand_beside_each_other_in_a_histogram() -> None:
+    """Laid over each other, half transparent, two laws made a third colour."""
+    rows = [
+        {"law": law, "completed": True, "path_error_rms_m": 0.1 * i + off}
+        for law, off in (("sliding", 0.0), ("pid", 0.3))
+        for i in range(8)
+    ]
+    [plot] = distributions(rows, "path_error_rms_m")
+    assert plot.figure.layout.barmode == "group"
+    assert [(bars.name, bars.opacity) for bars in plot.figure.data] == [("sliding", None), ("pid", None)]
+    assert plot.figure.data[0].xbins == plot.figure.data[1].xbins

@@ -19,7 +19,7 @@ from sternplane.cli.extras import require_report
 from sternplane.cli.hardware_commands import add_hardware
 from sternplane.cli.log_commands import add_logs
 from sternplane.cli.plain_errors import whole_number, with_plain_errors
-from sternplane.cli.study_commands import add_studies
+from sternplane.cli.study_commands import KERNELS, add_studies
 from sternplane.cli.sweep_command import add_sweep
 from sternplane.cli.vehicle_commands import add_vehicle_commands
 
@@ -156,7 +156,7 @@ def parser() -> argparse.ArgumentParser:
         "--prior", type=float, metavar="PCT", help="how far off the vehicle file may be, 1 sigma [as the log's filter]"
     )
     identify.add_argument("--out", type=Path, metavar="DIR", help="where to leave them [beside the log]")
-    identify.set_defaults(run=_lazily("sternplane.identification.command", draws=True))
+    identify.set_defaults(run=_lazily("sternplane.identification.command", kernels=KERNELS, draws=True))
 
     add_studies(commands, _lazily)
     add_sweep(commands, _lazily, _FILES)
@@ -186,7 +186,7 @@ def _add_fault(command: argparse.ArgumentParser, aboard: bool = True) -> None:
 def _lazily(
     module: str,
     function: str = "command",
-    kernels: Sequence[str] = ("firmware_py", "sim_bridge", "sternplane"),
+    kernels: Sequence[str] = ("firmware_py", "sim_bridge"),
     draws: bool = False,
 ) -> Command:
     """Return a sub-command that is imported when it runs, so that `--help` imports nothing that computes.

@@ -8,6 +8,7 @@ from typing import Any
 
 from firmware_py import config_files
 from firmware_py.adapters.io_params import StateParams
+from firmware_py.number_text import signed
 from firmware_py.params import ParamError
 from firmware_py.records.passport import model_of
 from firmware_py.run.kept_passport import against_file, load_passport, passport_in, resume_passport
@@ -59,6 +60,6 @@ def rows(learned: Iterable[tuple[str, float, float, float, bool]]) -> Iterator[s
     for name, file, value, std, _ in learned:
         row = f"{name:10}{file:14.6g}{value:14.6g}"
         if file:
-            yield f"{row}{100.0 * (value / file - 1.0):+8.1f}%{100.0 * std / abs(file):8.2f}%"
+            yield f"{row}{signed(100.0 * (value / file - 1.0), '.1f'):>8}%{100.0 * std / abs(file):8.2f}%"
         else:  # of 0 nothing is a share
-            yield f"{row}{value - file:+9.2g}{std:9.2g}"
+            yield f"{row}{signed(value - file, '.2g'):>9}{std:9.2g}"

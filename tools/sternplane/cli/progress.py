@@ -16,6 +16,7 @@ from rich.text import Text
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.event_text import texts
 from firmware_py.run.sensor_watch import SensorWatch
+from firmware_py.run.terminal import folded
 from sternplane.plain_console import PlainConsole
 
 _REDRAW_S = 0.125
@@ -33,15 +34,15 @@ class _Form(NamedTuple):
 
 _FORMS = (
     _Form(
-        "{t:5.1f} of {total:.0f} s  depth {z:5.2f} m  heading {psi:5.1f}°{waypoint}  {mode:<8} {speed_up:4.1f}×",
+        "{t:5.1f} of {total:.0f} s  depth {z:z5.2f} m  heading {psi:5.1f}°{waypoint}  {mode:<8} {speed_up:4.1f}×",
         "  waypoint {next}/{last}",
     ),
     _Form(
-        "{t:5.1f}/{total:.0f} s  depth {z:5.2f} m  hdg {psi:5.1f}°{waypoint}  {mode:<8} {speed_up:4.1f}×",
+        "{t:5.1f}/{total:.0f} s  depth {z:z5.2f} m  hdg {psi:5.1f}°{waypoint}  {mode:<8} {speed_up:4.1f}×",
         "  wp {next}/{last}",
     ),
-    _Form("{t:.0f}/{total:.0f} s {z:5.2f} m {psi:5.1f}°{waypoint} {mode:<8} {speed_up:4.1f}×", " wp {next}/{last}"),
-    _Form("{t:.0f} s {z:.1f} m {psi:.1f}°{waypoint} {mode}", " wp {next}"),
+    _Form("{t:.0f}/{total:.0f} s {z:z5.2f} m {psi:5.1f}°{waypoint} {mode:<8} {speed_up:4.1f}×", " wp {next}/{last}"),
+    _Form("{t:.0f} s {z:z.1f} m {psi:.1f}°{waypoint} {mode}", " wp {next}"),
 )
 """From the longest to the shortest, which is for where not even the words have room."""
 
@@ -100,7 +101,8 @@ class Progress:
             self._live.stop()
 
     def _say(self, line: str) -> None:
-        self._console.print(line, highlight=False, markup=False, soft_wrap=True)
+        text = folded(line, self._console.width) if self._terminal else line
+        self._console.print(text, highlight=False, markup=False, soft_wrap=True)
 
     def _bar(self, cycle: Cycle, width: int) -> RenderableType:
         """Return one line: the longest form that leaves room for a bar, or else the longest that fits without one."""

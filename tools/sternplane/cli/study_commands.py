@@ -9,6 +9,8 @@ from typing import Any
 from firmware_py.run import options as vehicle
 from sternplane.cli.hardware_commands import Lazily
 
+KERNELS = ("firmware_py", "sim_bridge", "sternplane")
+"""Whose kernels they need, and identification; a flight needs none of the tools' own."""
 _EXAMPLE = "autopilot.estimation.coefficients.turbulence=[0,0.07]"
 """What each study and the paper take, which have vehicles of their own."""
 
@@ -26,7 +28,7 @@ def add_studies(commands: Any, lazily: Lazily) -> None:
     )
     _add_seeds(estimation, "1000:1400", "fewer seeds, same cases")
     _add_leaving(estimation, "autopilot.estimation.coefficients")
-    estimation.set_defaults(run=lazily("sternplane.study.command", draws=True))
+    estimation.set_defaults(run=lazily("sternplane.study.command", kernels=KERNELS, draws=True))
 
     adaptation = studies.add_parser(
         "adaptation",
@@ -38,7 +40,7 @@ def add_studies(commands: Any, lazily: Lazily) -> None:
     )
     _add_seeds(adaptation, "1000:1040", "one to three seeds, same cases")
     _add_leaving(adaptation, "autopilot, sensors or io")
-    adaptation.set_defaults(run=lazily("sternplane.study.adaptation.command", draws=True))
+    adaptation.set_defaults(run=lazily("sternplane.study.adaptation.command", kernels=KERNELS, draws=True))
 
     tuning = studies.add_parser(
         "tuning",
@@ -51,7 +53,7 @@ def add_studies(commands: Any, lazily: Lazily) -> None:
     )
     tuning.add_argument("--out", type=Path, metavar="DIR", help="where they are left [runs/<stamp>]")
     vehicle.add_settings(tuning, "autopilot, vehicle, truth, sensors or io")
-    tuning.set_defaults(run=lazily("sternplane.study.tuning.command"))
+    tuning.set_defaults(run=lazily("sternplane.study.tuning.command", kernels=KERNELS))
 
     safety = studies.add_parser(
         "safety",
@@ -73,7 +75,7 @@ def add_studies(commands: Any, lazily: Lazily) -> None:
         "prints all of them",
     )
     _add_leaving(safety, "autopilot, vehicle, truth, sensors or io")
-    safety.set_defaults(run=lazily("sternplane.study.safety.command", draws=True))
+    safety.set_defaults(run=lazily("sternplane.study.safety.command", kernels=KERNELS, draws=True))
 
     paper = commands.add_parser(
         "paper",
@@ -85,7 +87,7 @@ def add_studies(commands: Any, lazily: Lazily) -> None:
     paper.add_argument("--out", type=Path, metavar="DIR", help="where to leave them [runs/<stamp>]")
     vehicle.add_settings(paper, "autopilot, sensors or io, of the flights", _EXAMPLE)
     _add_no_report(paper, "results.json, and make no report.html and no figures")
-    paper.set_defaults(run=lazily("sternplane.paper.command", draws=True))
+    paper.set_defaults(run=lazily("sternplane.paper.command", kernels=KERNELS, draws=True))
 
 
 def _add_seeds(study: argparse.ArgumentParser, counted: str, short: str) -> None:

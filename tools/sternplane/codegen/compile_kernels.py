@@ -1,15 +1,9 @@
-"""Compiles every kernel into the cache, so that no flight has to."""
+"""Compiles every kernel into the cache, so that no flight and no study has to."""
 
 from __future__ import annotations
 
-from firmware_py.adapters import kernel_cache
-from firmware_py.adapters.kernel_compile import compile_missing
-
-
-def main() -> None:
-    """Compile what is missing, with a line for each kernel."""
-    compile_missing(kernel_cache.use(), lambda line: print(f"  {line}", flush=True))
-
+from firmware_py.adapters.kernel_cache import PACKAGES
+from firmware_py.adapters.kernel_compile import prepare_kernels
 
 if __name__ == "__main__":
-    main()
+    prepare_kernels(PACKAGES)

@@ -9,7 +9,7 @@ from typing import Any
 
 from firmware_py.params import to_toml_value
 from sternplane.compare.compared_run import ComparedRun, until
-from sternplane.compare.settings import MISSING, Difference, differences, may_differ_unseen
+from sternplane.compare.settings import DIGEST, MISSING, Difference, differences, may_differ_unseen
 from sternplane.logs.summary import Summary, summarise
 from sternplane.logs.summary_text import key_figures, outcome, unlogged
 from sternplane.report.steering_text import control_of, gains_text
@@ -87,6 +87,8 @@ class Comparison:
         scenarios = {run.log.header.get("scenario") for run in self.runs}
         if len(scenarios) > 1:
             yield "The scenarios differ: each run is judged by its own orders, mission and sea."
+        if any(DIGEST in one.key for one in self.differences):
+            yield "Files of the simulation are not the same, as their digests tell; the logs do not have what they say."
         if may_differ_unseen([run.log for run in self.runs]):
             yield (
                 "What scenario, truth.toml and sensors.toml hold is not in the logs, only what --set laid upon them: "

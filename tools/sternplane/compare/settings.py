@@ -1,7 +1,8 @@
 """Which settings of runs differ: of vehicle and autopilot every one, of what was simulated what the logs have.
 
 Settings that a file leaves out count with their defaults, so that only what really differs is told. Of scenario, sea,
-sensors and simulated vehicle a log has names, the true coefficients and what `--set` laid upon the files.
+sensors and simulated vehicle a log has names, the true coefficients, what `--set` laid upon the files, and a digest of
+each file.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ from sternplane.logs.run import Run
 
 _HEADER = ("scenario", "description", "seed", "pace", "link", "faults", "notes", "version", "git")
 MISSING = "–"
+DIGEST = ": digest of what the file says"
+"""Behind its name; it is compared only where all logs have one, of a scenario of the same name."""
 _LOGGED_WHOLE = ("autopilot", "vehicle")
 """Tables of which a log has every value, so that what `--set` laid upon them needs no row of its own."""
 
@@ -32,15 +35,18 @@ def differences(logs: Sequence[Run]) -> list[Difference]:
     settings = [dict(_settings(log)) for log in logs]
     keys = dict.fromkeys(key for one in settings for key in one)
     found = [Difference(key, [one.get(key, MISSING) for one in settings]) for key in keys]
-    return [one for one in found if len(set(one.values)) > 1]
+    return [one for one in found if len(set(one.values)) > 1 and not (DIGEST in one.key and MISSING in one.values)]
 
 
 def may_differ_unseen(logs: Sequence[Run]) -> bool:
     """Return whether runs may have flown by files whose values no log has, such as another sea.
 
-    They may where a scenario is a file of one's own, which changes under its name, and where folder or revision differ.
+    Where all have digests of these files, they tell. Else they may where a scenario is a file of one's own, which
+    changes under its name, and where folder or revision differ.
     """
     headers = [log.header for log in logs]
+    if all(header.get("digests") for header in headers):
+        return False
     if any(str(header.get("scenario") or "").endswith(".toml") for header in headers):
         return True
     folders = {Path(str(one.get("configuration", {}).get("files", {}).get("autopilot", ""))).parent for one in headers}
@@ -62,6 +68,9 @@ def _settings(log: Run) -> Iterator[tuple[str, str]]:
         yield "changed by stations in flight", f"{len(log.changes)} times"
     yield from _flat("mission", header.get("mission", {}))
     yield from _flat("truth", header.get("truth", {}))
+    for name, digest in header.get("digests", {}).items():
+        named = f"scenario {header.get('scenario')}" if name == "scenario" else f"{name}.toml"
+        yield f"{named}{DIGEST}", digest
     for key, value in header.get("settings", {}).items():
         if key.partition(".")[0] not in _LOGGED_WHOLE:
             yield f"set {key}", value_text(value)

@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from firmware_py.number_text import signed
 from sternplane.hardware.fin_move import Step, tolerance
 from sternplane.hardware.fin_tables import HUB, FinTable
 
@@ -132,4 +133,4 @@ def _slow(steps: Sequence[Step], slowest: float) -> Judgement:
 
 
 def _deg(angle: float) -> str:
-    return f"{math.degrees(angle):+.1f}°"
+    return f"{signed(math.degrees(angle), '.1f')}°"

@@ -17,7 +17,7 @@ _MILD = (Verdict.SLOW, Verdict.OFFSET, Verdict.UNHEARD)
 
 def sheet(sweep: Sweep, fins: Sequence[Fin]) -> Sheet:
     """Return the table."""
-    titles = ("fin", "result", "told>", "reported>", "off by>", "late by>", "turns at>", "at + its edge points")
+    titles = ("fin", "result*", "told>", "reported>", "off by>", "late by>", "turns at>", "at + its edge points*")
     rows = []
     for fin, judgement in sweep.judged().items():
         steps = sweep.steps[fin]

@@ -25,8 +25,8 @@ from firmware_py.run.usage_error import UsageError
 _REDRAW_S = 0.25
 _GAP = "  "
 """Between two columns."""
-_LEAST_CUT = 12
-"""A column that is cut keeps so many characters."""
+_LONG_WORD = 16
+"""Words of a folded cell are broken only where they have more characters than this."""
 GOOD, DOUBTFUL, BAD, PLAIN = "green", "yellow", "red", ""
 """How a row looks on a terminal."""
 
@@ -43,8 +43,8 @@ class Sheet(NamedTuple):
 
     Attributes:
         title: what it is of; "" for none.
-        columns: their titles; one that ends with ">" is aligned to the right, one with "*" may be cut where the
-            terminal is narrow.
+        columns: their titles; one that ends with ">" is aligned to the right, one with "*" has cells that may be folded
+            where the terminal is narrow. Where that is not enough, every row becomes lines of title and cell.
         rows: from the top.
     """
 
@@ -131,10 +131,15 @@ def live(where: Console, sheets: Callable[[], Iterable[Sheet]], wanted: bool = T
 
 def _drawn(sheets: Iterable[Sheet], width: int, most: int | None = None) -> RenderableType:
     """Return tables for a terminal; `most` rows of each, where no more can be seen."""
-    return Group(*[_table(sheet._replace(rows=sheet.rows[:most]), width) for sheet in sheets])
+    return Group(*[_shown(sheet._replace(rows=sheet.rows[:most]), width) for sheet in sheets])
 
 
-def _table(sheet: Sheet, width: int) -> Table:
+def _shown(sheet: Sheet, width: int) -> RenderableType:
+    widths = _fitting(sheet, width)
+    return _table(sheet, widths) if sum(widths) <= _room(sheet, width) else _stacked(sheet)
+
+
+def _table(sheet: Sheet, widths: Sequence[int]) -> Table:
     table = Table(
         title=sheet.title or None,
         title_justify="left",
@@ -144,36 +149,66 @@ def _table(sheet: Sheet, width: int) -> Table:
         pad_edge=False,
         padding=(0, len(_GAP) - 1, 0, 0),  # and the line between two columns
     )
-    for column, wide in zip(sheet.columns, _fitting(sheet, width), strict=True):
+    for column, wide in zip(sheet.columns, widths, strict=True):
         table.add_column(
-            Text(_titled(column)), justify="right" if column.endswith(">") else "left", width=wide, no_wrap=True
+            Text(_titled(column)), justify="right" if column.endswith(">") else "left", width=wide, overflow="fold"
         )
     for cells, look in sheet.rows:
         table.add_row(*[Text(visible(cell)) for cell in cells], style=look or None)
     return table
 
 
+def _stacked(sheet: Sheet) -> Group:
+    """Return the rows below each other: each cell in a line of its own, behind its title."""
+    parts: list[RenderableType] = [Text(sheet.title, style="bold")] if sheet.title else []
+    for cells, look in sheet.rows:
+        table = Table.grid(padding=(0, len(_GAP), 0, 0), pad_edge=False)
+        table.add_column(no_wrap=True, style="dim")
+        table.add_column(overflow="fold")
+        for column, cell in zip(sheet.columns, cells, strict=True):
+            if cell:
+                table.add_row(_titled(column), Text(visible(cell), style=look))
+        parts += [table, Text()]
+    return Group(*parts)
+
+
 def _titled(column: str) -> str:
     return column.rstrip(">*")
 
 
+def _room(sheet: Sheet, width: int) -> int:
+    return width - len(_GAP) * (len(sheet.columns) - 1)
+
+
 def _fitting(sheet: Sheet, width: int) -> list[int]:
-    """Return how wide each column is on a terminal: of those that may be cut the widest gives way first."""
-    widths = _widths(sheet)
-    room = width - len(_GAP) * (len(widths) - 1)
-    cut = [i for i, column in enumerate(sheet.columns) if column.endswith("*")]
-    while cut and sum(widths) > room:
-        wide, i = max((widths[i], i) for i in cut)
-        if wide <= _LEAST_CUT:
-            break
+    """Return how wide each column is on a terminal: titles are folded first, then the widest of what may be."""
+    widths, room = _widths(sheet), _room(sheet, width)
+    if sum(widths) <= room:
+        return widths
+    unbroken = [max((_longest_word(title), *map(len, cells))) for title, *cells in _columns(sheet)]
+    least = [
+        min(max(map(_longest_word, column)), _LONG_WORD) if name.endswith("*") else wide
+        for name, column, wide in zip(sheet.columns, _columns(sheet), unbroken, strict=True)
+    ]
+    while sum(widths) > room and widths != least:
+        i = max(range(len(widths)), key=lambda i: (widths[i] > unbroken[i], widths[i] > least[i], widths[i]))
         widths[i] -= 1
     return widths
 
 
 def _widths(sheet: Sheet) -> list[int]:
-    """Return how wide each column is, if nothing is cut."""
-    table = [[_titled(column) for column in sheet.columns], *([*map(visible, row.cells)] for row in sheet.rows)]
-    return [max(map(len, column)) for column in zip(*table, strict=True)]
+    """Return how wide each column is, if nothing is folded."""
+    return [max(map(len, column)) for column in _columns(sheet)]
+
+
+def _columns(sheet: Sheet) -> list[tuple[str, ...]]:
+    """Return title and cells of each column."""
+    titles = [_titled(column) for column in sheet.columns]
+    return [*zip(titles, *([*map(visible, row.cells)] for row in sheet.rows), strict=True)]
+
+
+def _longest_word(text: str) -> int:
+    return max(map(len, text.split()), default=0)
 
 
 def _aligned(sheet: Sheet) -> Iterator[str]:

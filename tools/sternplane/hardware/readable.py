@@ -42,4 +42,4 @@ def _degrees(angle: float) -> str:
 
 
 def _number(value: float, decimals: int) -> str:
-    return f"{value:.{decimals}f}" if math.isfinite(value) else "?"
+    return f"{value:z.{decimals}f}" if math.isfinite(value) else "?"

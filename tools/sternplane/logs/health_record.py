@@ -236,7 +236,7 @@ def faults_text(one: Mapping[str, Any]) -> str:
 
 def actuator_text(one: Mapping[str, Any], end: float) -> str:
     """Return what was wrong with an actuator last, and when, from its entry in the document; `end` of the log, s."""
-    where = "" if one["stuck_deg"] is None else f" at {one['stuck_deg']:.1f}°"
+    where = "" if one["stuck_deg"] is None else f" at {one['stuck_deg']:z.1f}°"
     until = f" to {one['last_s']:.1f} s" if one["last_s"] < end - _STEP else ""
     return f"{actuator_fault_text(ActuatorFault[one['last'].upper()])}{where}, from {one['first_s']:.1f} s{until}"
 

@@ -7,6 +7,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
+from firmware_py.number_text import signed
 from sternplane.logs import findings, health_record, lateness_histogram, losses
 from sternplane.logs.adoption import adopted_text
 from sternplane.logs.summary import Summary
@@ -36,7 +37,8 @@ _ACCURACY: _Formats = (
         "{:.3f} m RMS, {:.2f} m at most",
         ("depth_estimate_error_rms_m", "depth_estimate_error_max_m"),
     ),
-    ("heading estimate off, mean", "{:+.2f}°", ("heading_estimate_error_mean_deg",)),
+)
+_POSITION: _Formats = (
     (
         "position estimate off",
         "{:.2f} m at the end, {:.2f} m at most",
@@ -119,6 +121,8 @@ def key_figures(summary: Summary) -> dict[str, Rows]:
         f"learned{part}": [*_learned(summary), *_adopted(summary)],
         f"accuracy{believed}{part}": [
             *_rows(summary, _ACCURACY),
+            *_heading(summary),
+            *_rows(summary, _POSITION),
             *_sigma(summary),
             *_rows(summary, _MANOEUVRES),
         ],
@@ -132,8 +136,8 @@ def _ended(summary: Summary) -> Rows:
     end = summary["ended"]
     found = [] if end["depth_m"] is None else [("ended", _where(end["mode"], end["depth_m"]))]
     if None not in (end["north_m"], end["east_m"]):
-        north, east = (_side(end[key], *words) for key, words in _SIDES.items())
-        found.append(("ended, from the origin", f"{north}, {east}"))
+        sides = [_side(end[key], *words) for key, words in _SIDES.items()]
+        found.append(("ended, from the origin", ", ".join(filter(None, sides)) or "0 m"))
     truth = summary["by_truth"] or {}
     if truth.get("up_s") is not None and not (summary["completed"] or summary["surfaced"] or summary["after_log"]):
         found.append(("at the surface, by the truth", f"from {truth['up_s']:.1f} s on"))
@@ -149,7 +153,9 @@ def _ended(summary: Summary) -> Rows:
 
 
 def _side(metres: float, positive: str, negative: str) -> str:
-    return f"{abs(metres):.0f} m {negative if metres < 0.0 else positive}"
+    """Return how far to which side; "" where it rounds to nothing."""
+    whole = round(metres)
+    return f"{abs(whole)} m {negative if whole < 0 else positive}" if whole else ""
 
 
 def _found(summary: Summary) -> Rows:
@@ -201,6 +207,11 @@ def _rows(summary: Summary, formats: _Formats) -> Rows:
     ]
 
 
+def _heading(summary: Summary) -> Rows:
+    off = summary["heading_estimate_error_mean_deg"]
+    return [] if off is None else [("heading estimate off, mean", f"{signed(off, '.2f')}°")]
+
+
 def _sigma(summary: Summary) -> Rows:
     std = summary["position_std_end_m"]
     return [] if std is None else [("position 3 σ at the end", f"{3.0 * std:.2f} m")]
@@ -227,7 +238,7 @@ def _learned(summary: Summary) -> Rows:
     if errors:
         worst = max(errors, key=lambda name: abs(errors[name]))
         sigmas = abs(valid[worst]["error_sigmas"])
-        found.append(("worst valid coefficient", f"{worst} {errors[worst]:+.2g} % ({sigmas:.1f} σ)"))
+        found.append(("worst valid coefficient", f"{worst} {signed(errors[worst], '.2g')} % ({sigmas:.1f} σ)"))
     return found
 
 

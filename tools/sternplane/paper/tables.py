@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 
 from firmware_py.estimation.coefficient_params import TEN
+from firmware_py.number_text import signed
 from sternplane.paper.control import IDEAL, StepFlight
 from sternplane.paper.design import OPPOSITE, Comparison
 from sternplane.paper.estimation import SHARES, Estimation
@@ -56,7 +57,7 @@ def table_1(found: Estimation) -> Table:
         rows,
         head,
         "Estimate over truth, less 1, at the end; the paper gives no signs. A tick: at or under the paper's row of the "
-        "same estimator. The last two columns are of another motion, under a PRBS.",
+        "same estimator; results.json has all digits. The last two columns are of another motion, under a PRBS.",
         "numbers",
     )
 
@@ -106,13 +107,13 @@ def hyperplanes(found: Estimation) -> Table:
     rows = []
     for name, at in found.planes["smo"].items():
         unit = "N" if name in "XYZ" else "N m"
-        parts = ", ".join(f"{one} {force:+.0f}" for one, force in at.parts.items())
+        parts = ", ".join(f"{one} {signed(force, '.0f')}" for one, force in at.parts.items())
         begin = found.planes["begin"][name]
         rows.append(
             [
                 name,
-                f"{begin.sum:+.0f} {unit}",
-                f"{at.sum:+.2f} {unit}",
+                f"{signed(begin.sum, '.0f')} {unit}",
+                f"{signed(at.sum, '.2f')} {unit}",
                 f"{parts} {unit}",
                 f"{100.0 * at.share:.2f} %",
                 f"{100.0 * found.paper['smo'][name]:.0f} %",
@@ -140,10 +141,8 @@ def marked(text: str, good: bool) -> Cell:
 
 
 def percent(value: float) -> str:
-    """Return a signed error, %, with two figures that count."""
-    if not math.isfinite(value):
-        return "not finite"
-    return f"{value:+.1f}" if abs(value) >= 10.0 else f"{value:+.2g}" if abs(value) >= 1e-3 else f"{value:+.0e}"
+    """Return a signed error, %."""
+    return signed(value, ".3f") if math.isfinite(value) else "not finite"
 
 
 def number(value: float | None, form: str = "{:.5g}") -> str:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from firmware_py.estimation.coefficient_validity import SENSORS
+from firmware_py.number_text import signed
 from sternplane.logs.adoption import in_force
 from sternplane.logs.learned import Certainty, Coefficient, certainty, coefficients, manoeuvre_results
 from sternplane.logs.reading import Columns
@@ -88,7 +89,7 @@ def _note(one: Coefficient) -> str:
     if one.truth[-1]:
         share = 100.0 * (value / one.truth[-1] - 1.0)  # + is larger in size
         if np.isfinite(share):
-            text += f"; {share:+.2f} % ({abs(one.error_sigmas[-1]):.1f} σ) off the {_truth(one)}"
+            text += f"; {signed(share, '.2f')} % ({abs(one.error_sigmas[-1]):.1f} σ) off the {_truth(one)}"
     return f"{text}."
 
 

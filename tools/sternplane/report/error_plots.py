@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from firmware_py.number_text import signed
 from sternplane.logs.tracking import Array
 from sternplane.report.drawing import ESTIMATE, REFERENCE, Plot, band, line, minimum_height
 from sternplane.report.thinning import Drawn
@@ -61,7 +62,7 @@ def _heading(drawn: Drawn, t: Array, figure: Any) -> Plot:
     off, sensor = drawn.heading_off.mean, drawn.ahrs_off.mean
     if off is not None and abs(off) > _MUCH_DEG:
         note += f" The vehicle steers by its estimate, which is {off:+.2f}° off the truth in the mean"
-        note += f"; the heading of its AHRS is {sensor:+.2f}° off." if sensor is not None else "."
+        note += f"; the heading of its AHRS is {signed(sensor, '.2f')}° off." if sensor is not None else "."
     return Plot("Heading error", note, figure)
 
 

@@ -16,9 +16,22 @@ function coloured(value) {
 function draw() {
   for (const [id, data, layout] of plots) Plotly.react(id, coloured(data), coloured(layout), config);
 }
+const legendLine = 20;  // pixels of a legend of one line, for which every plot has room
+function makeRoom() {  // in a narrow window a legend has more lines, and the plot below it is to stay as high
+  for (const [id] of plots) {
+    const place = document.getElementById(id), legend = place.querySelector(".legend .scrollbox");
+    if (!legend) continue;
+    place.style.height = place.dataset.height ??= place.style.height;  // without what was added for another width
+    const more = Math.round(legend.getBBox().height) - legendLine;
+    if (more > 0) place.style.height = `${place.clientHeight + more}px`;
+    Plotly.Plots.resize(place);
+  }
+}
 const timed = plots.filter((plot) => plot[3]).map((plot) => plot[0]);
 let moving = false;
 draw();
+makeRoom();
+window.addEventListener("resize", makeRoom);
 scheme.addEventListener("change", draw);
 for (const id of timed) {
   const moved = document.getElementById(id);
@@ -34,8 +47,8 @@ for (const id of timed) {
 const paper = {width: 660, share: 0.8, mostHigh: 480};
 function drawForPaper() {
   for (const [id] of plots) {
-    const {style, clientHeight} = document.getElementById(id);
-    const height = style.height ? clientHeight : Math.min(paper.share * clientHeight, paper.mostHigh);
+    const {dataset, style, clientHeight} = document.getElementById(id);
+    const height = (dataset.height ?? style.height) ? clientHeight : Math.min(paper.share * clientHeight, paper.mostHigh);
     const size = {autosize: false, width: paper.width, height};
     Plotly.relayout(id, size);
     Plotly.relayout(id, size);  // once more: the first one leaves room for the legend of the old width

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import contextlib
 import json
-import sys
 from pathlib import Path
 
 from firmware_py.adapters.buses.can_bus import open_bus
@@ -17,6 +16,7 @@ from firmware_py.run import kept_navigation
 from firmware_py.run.ground_links import open_ground
 from firmware_py.run.kept_passport import PassportKeeper
 from firmware_py.run.run_folders import LOG_FILE, flight_folder, point_latest
+from firmware_py.run.terminal import say
 from firmware_py.run.usage_error import UsageError
 from sternplane.cli import extras
 from sternplane.cli.progress import Progress
@@ -43,9 +43,9 @@ def command(options: argparse.Namespace) -> int:
         raise UsageError(f"--bus {bus} and --link {options.link}: there is no bus on that link; leave --bus away")
     flight = prepare_to_resume(requested(options))
     for setting in parse_settings(flight.request.settings):
-        print(f"sternplane: {setting.key} = {setting.value} set", file=sys.stderr)
+        say(f"sternplane: {setting.key} = {setting.value} set")
     for note in (*flight.notes, *(f"{doubt}; the flight goes on" for doubt in flight.doubts)):
-        print(f"sternplane: {note}", file=sys.stderr)
+        say(f"sternplane: {note}")
     # What cannot be opened is refused before anything is written.
     (serve(address) if address else open_bus(bus)).close()
     with contextlib.ExitStack() as stack:
@@ -72,10 +72,7 @@ def _fly(options: argparse.Namespace, flight: Flight, stack: contextlib.ExitStac
         folder = flight_folder(options.out)
         traces.follow(folder, made=not there or folder != options.out)
         if options.out is not None and folder != options.out:
-            print(
-                f"sternplane: --out {options.out}: holds a log already, which is kept; this run is in {folder}",
-                file=sys.stderr,
-            )
+            say(f"sternplane: --out {options.out}: holds a log already, which is kept; this run is in {folder}")
         stations.save_changes_in(options.state, folder)
         log = stack.enter_context(HeldLog(folder / LOG_FILE))
         traces.claimed = True
@@ -128,5 +125,5 @@ def _leave(log: HeldLog, folder: Path, wanted: bool) -> Summary:
     except OSError as error:
         raise LogError(f"{folder}: the summary cannot be written ({error.strerror})") from None
     if wanted:
-        print(f"no report.html without {', '.join(extras.missing())}: {extras.HINT}", file=sys.stderr)
+        say(f"sternplane: no report.html without {', '.join(extras.missing())}: {extras.HINT}")
     return summary

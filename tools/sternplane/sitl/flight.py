@@ -48,7 +48,15 @@ from sternplane.sitl.own_choices import refuse_missing_parts
 from sternplane.sitl.request import CONFIG as CONFIG
 from sternplane.sitl.request import SCENARIOS as SCENARIOS
 from sternplane.sitl.request import FlightRequest as FlightRequest
-from sternplane.sitl.request import parse_settings, read_devices, read_io, read_scenario, read_truth, scenario_place
+from sternplane.sitl.request import (
+    digests,
+    parse_settings,
+    read_devices,
+    read_io,
+    read_scenario,
+    read_truth,
+    scenario_place,
+)
 from sternplane.sitl.simulation_recorder import NoLog, SimulationRecorder, Witness
 
 NOT_REPRODUCIBLE = "the run is not reproducible"
@@ -118,6 +126,7 @@ class Flight:
             faults=list(self.scenario.faults),
             vehicle_factors={**self.scenario.vehicle_factors},
             settings=plain_settings(parse_settings(request.settings)),
+            digests=digests(request),
             truth=self._built(),
             notes=list(self.notes),
         )

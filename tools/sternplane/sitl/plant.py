@@ -9,7 +9,6 @@ import hashlib
 import os
 import re
 import socket
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from itertools import count, takewhile
 from pathlib import Path
@@ -27,6 +26,7 @@ from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogWriter
 from firmware_py.adapters.storage.regular_file import FolderError, make_folder
 from firmware_py.run import provenance
 from firmware_py.run.interrupt import interruptible
+from firmware_py.run.terminal import say
 from firmware_py.run.usage_error import UsageError
 from firmware_py.settings import plain_settings
 from firmware_py.tick import step_ns
@@ -67,7 +67,7 @@ def command(options: argparse.Namespace) -> int:
     for setting in parse_settings(options.settings):
         if setting.file == "autopilot" and setting.path != ("rate_hz",):
             said = f"--set {setting.key}: the plant does not fly by it; set it for the vehicle, python -m firmware_py"
-            print(f"sternplane: {said}", file=sys.stderr)
+            say(f"sternplane: {said}")
     if options.lines:
         _make_folder(options.lines, "--lines")
         flight = dataclasses.replace(flight, io=at_desk(flight.io, options.lines))

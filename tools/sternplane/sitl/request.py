@@ -6,6 +6,8 @@ import argparse
 import contextlib
 import dataclasses
 import difflib
+import hashlib
+import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -176,13 +178,31 @@ def scenario_place(request: FlightRequest) -> str:
 def read_scenario(request: FlightRequest) -> Scenario:
     """Read the scenario, with the faults that were asked for; raises as `read_io`."""
     where, settings = scenario_place(request), parse_settings(request.settings)
-    table = read_toml(Path(where)) if request.table is None else request.table
+    table = _scenario_table(request)
     laid, where = lay_settings(Scenario, table, of_file(settings, "scenario"), where)
     if flow := {one.path[0]: one.value for one in of_file(settings, "truth") if one.path[0] in _names(_Flow)}:
         parse(laid, where)
         laid["environment"] = {**laid.get("environment", {}), "current_ned_m_s": _flowing(laid, **flow)}
     scenario = parse(laid, where)
     return dataclasses.replace(scenario, faults=(*scenario.faults, *request.faults))
+
+
+def _scenario_table(request: FlightRequest) -> Mapping[str, Any]:
+    return read_toml(Path(scenario_place(request))) if request.table is None else request.table
+
+
+def digests(request: FlightRequest) -> dict[str, str]:
+    """Return a digest of what each file of the simulation says, before `--set`; comments and order do not count.
+
+    A log has them in place of these files: two flights by one name can be told apart.
+    """
+    tables = {
+        "scenario": _scenario_table(request),
+        "truth": truth_source(request.config / "truth.toml")[0],
+        "sensors": read_toml(request.config / "sensors.toml"),
+    }
+    texts = {name: json.dumps(table, sort_keys=True, default=str) for name, table in tables.items()}
+    return {name: hashlib.sha256(text.encode()).hexdigest()[:16] for name, text in texts.items()}
 
 
 def _flowing(

@@ -28,7 +28,7 @@ _MOST_POINTS = 4000
 
 
 def distributions(rows: Sequence[Row], judge: str) -> Iterator[Plot]:
-    """Yield a histogram of each figure that varies, with a colour for each law."""
+    """Yield a histogram of each figure that varies, with a bar for each law, beside each other in every bin."""
     named = {name: (title, unit) for name, title, unit in _SHOWN}
     for name in dict.fromkeys([judge, *named]):
         by_law = _by_law(rows, name)
@@ -40,9 +40,8 @@ def distributions(rows: Sequence[Row], judge: str) -> Iterator[Plot]:
         figure = go.Figure()
         for (law, values), colour in zip(by_law.items(), COLOURS, strict=False):
             bins = {"start": float(every.min()), "end": float(every.max()) + step, "size": step}
-            style = {"color": colour, "line": {"width": 0}}
-            figure.add_histogram(x=values, name=law, xbins=bins, marker=style, opacity=0.65)
-        figure.update_layout(barmode="overlay", showlegend=len(by_law) > 1)
+            figure.add_histogram(x=values, name=law, xbins=bins, marker={"color": colour, "line": {"width": 0}})
+        figure.update_layout(barmode="group", bargap=0.12, showlegend=len(by_law) > 1)
         figure.update_xaxes(title=f"{title}, {unit}" if unit else title)
         figure.update_yaxes(title="flights")
         yield Plot(title, f"{name}; {len(every)} flights have it.", figure, over_time=False)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from firmware_py.number_text import signed
 from firmware_py.records.manoeuvrability import Manoeuvrability
 from firmware_py.vehicle.manoeuvrability import ManoeuvrabilityModel
 from sim_bridge.plant.plant import PlantError
@@ -132,17 +133,17 @@ def _trim(files: Files, cruise: float) -> Iterator[Finding]:
     share = lift / vehicle.body.weight
     weight = vehicle.drop_weight.weight if vehicle.drop_weight else 0.0
     if lift + weight > 0.0:
-        said = f"buoyancy is {lift:+.3g} N over weight ({100.0 * share:+.2g} %)"
+        said = f"buoyancy is {signed(lift, '.3g')} N over weight ({signed(100.0 * share, '.2g')} %)"
         dropped = f", {lift + weight:.3g} N without the drop weight"
         said += f"{dropped if weight else ''}: stopped, it comes up"
         yield Finding("buoyancy", Grade.PASS, said)
     else:
-        said = "only thrust and fins bring it up; a few per mille more, or a drop weight, would too"
-        yield Finding("buoyancy", Grade.WARN, f"buoyancy is {lift:+.3g} N over weight: stopped, it stays down; {said}")
+        said = "stopped, it stays down; only thrust and fins bring it up; a few per mille more, or a drop weight, would"
+        yield Finding("buoyancy", Grade.WARN, f"buoyancy is {signed(lift, '.3g')} N over weight: {said}")
     held = level(vehicle, cruise)
     pitch, planes = (math.degrees(angle) for angle in (held.theta, held.delta_s))
-    text = f"level at {cruise:g} m/s with {pitch:+.1f} deg of pitch and {planes:+.1f} deg of stern planes, "
-    text += f"{100.0 * held.share:.0f} % of their travel"
+    text = f"level at {cruise:g} m/s with {signed(pitch, '.1f')} deg of pitch and {signed(planes, '.1f')} deg of "
+    text += f"stern planes, {100.0 * held.share:.0f} % of their travel"
     mend = "more than half leaves too little to steer with: check weight, buoyancy and their centres, or cruise faster"
     yield graded("trim", held.share, 0.5, 0.9, text, mend)
 
@@ -171,7 +172,7 @@ def _speed(files: Files) -> Iterator[Finding]:
     reached = steady_speed(files.truth, min(propeller.n_trim, top_shaft(files)[0]), propeller.u_trim)
     off = reached / propeller.u_trim - 1.0
     text = f"the simulated vehicle swims {reached:.3f} m/s at {60.0 * propeller.n_trim:g} rpm, and u_trim_m_s = "
-    text += f"{propeller.u_trim:g} ({100.0 * off:+.1f} %)"
+    text += f"{propeller.u_trim:g} ({signed(100.0 * off, '.1f')} %)"
     mend = "without DVL the vehicle goes by that speed: correct u_trim_m_s, n_trim_rpm or C_d0"
     yield graded("speed", abs(off), 0.03, 0.1, text, mend)
 
@@ -207,7 +208,7 @@ def _turning(files: Files, turns: dict[float, Turn], able: Manoeuvrability) -> I
     text = f"guidance.turn_rate_max_deg_s = {asked:g}; full rudder turns {does:.1f} deg/s at cruising speed"
     mend = f"more than 0.8 of that leaves the law little rudder: lower guidance.turn_rate_max_deg_s to {0.8 * does:.1f}"
     yield graded("turn rate", asked / does, 0.8, 1.0, text, mend)
-    text = f"rolls {math.degrees(turn.roll):.0f} deg in that turn, drift {math.degrees(turn.drift):+.0f} deg"
+    text = f"rolls {math.degrees(turn.roll):.0f} deg in that turn, drift {signed(math.degrees(turn.drift), '.0f')} deg"
     mend = "beyond 20 deg rudders dive and planes turn: lower guidance.turn_rate_max_deg_s, or check z_G and K_p"
     yield graded("roll in turn", turn.roll, math.radians(20.0), math.radians(45.0), text, mend)
     yield from _belief(files, turns, able)

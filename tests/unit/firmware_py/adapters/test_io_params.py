@@ -178,6 +178,15 @@ def test_one_bus_is_not_opened_twice(first: str, second: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("first", "second", "key"),
+    [("can0", "", "can.bus"), ("udp:3", "can0", "canopen.bus"), ("can0", "udp:3", "can.bus")],
+)
+def test_a_bus_that_nobody_knows_is_refused_with_its_file(first: str, second: str, key: str) -> None:
+    with pytest.raises(ParamError, match=rf"^io.toml: {key} = 'can0': is not known; write socketcan:can0 for"):
+        with_drives(first, second)
+
+
+@pytest.mark.parametrize(
     ("first", "second"),
     [
         ("socketcan:can0", "socketcan:can1"),

@@ -11,6 +11,7 @@ import pytest
 from firmware_py import __version__
 from firmware_py.adapters.processor import processor
 from firmware_py.run import provenance
+from firmware_py.run.command_line import Parser, add_version
 
 
 def test_the_fingerprint_names_processor_and_libraries() -> None:
@@ -63,6 +64,32 @@ def test_the_revision_of_a_tree_and_its_changes(tmp_path: Path) -> None:
     assert provenance.git_revision(tmp_path) == f"{commit}-dirty"
     (tmp_path / "pyproject.toml").unlink()  # a package that is installed inside somebody else's repository
     assert provenance.git_revision(tmp_path) == "unknown"
+
+
+def test_an_installed_package_has_its_revision_from_its_wheel(tmp_path: Path) -> None:
+    (tmp_path / "firmware_py").mkdir()
+    (tmp_path / "firmware_py" / "revision.txt").write_text("0123abc-dirty\n")
+    assert provenance.git_revision(tmp_path) == "0123abc-dirty"
+
+
+@pytest.mark.parametrize(
+    ("revision", "line"),
+    [
+        ("0123abc", f"sternplane {__version__}, commit 0123abc"),
+        ("0123abc-dirty", f"sternplane {__version__}, commit 0123abc, changed since"),
+        ("unknown", f"sternplane {__version__}"),
+    ],
+)
+def test_the_version_is_told_with_its_commit(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], revision: str, line: str
+) -> None:
+    """A version with .dev0 is cited by its commit."""
+    monkeypatch.setattr(provenance, "git_revision", lambda: revision)
+    parser = Parser(prog="sternplane")
+    add_version(parser)
+    with pytest.raises(SystemExit, match=r"^0$"):
+        parser.parse_args(["--version"])
+    assert capsys.readouterr().out == f"{line}\n"
 
 
 def test_without_git_the_revision_is_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
