@@ -24,7 +24,7 @@ from firmware_py.records.adoption import Adopted, Refusal, Source
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import NOTHING_LEARNED, StateEstimate
 from firmware_py.records.event import Event, EventKind, event
-from firmware_py.records.health import FinHealth, SourceState
+from firmware_py.records.health import FinHealth
 from firmware_py.records.passport import LearnedModel
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.tick import Rate, Tick
@@ -149,11 +149,9 @@ class Adoption:
             self._weigh(tick, frame, state, applied, held)
         if tick.every(Rate.HZ_10):
             learned = state.learned if len(state.learned.value) == self._count else self._nothing
-            ahrs, dvl = state.sensors.ahrs.state, state.sensors.dvl.state
-            believed = ahrs is SourceState.GOOD and dvl is not SourceState.SUSPECT
             for axis, select, unknown in zip(self._axes, self._chosen, held, strict=True):
                 known = select(learned.value), select(learned.std), select(learned.valid)
-                axis.update(*known, left, unknown, believed)
+                axis.update(*known, left, unknown)
             self.events += self._passport.heed(learned)
             if self._on:  # what was due when it was switched off is due when it is switched on
                 self._caution = self._caution_now(self._turns(learned.std))

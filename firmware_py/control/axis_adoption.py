@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from firmware_py.control.adoption_params import AdoptionParams
-from firmware_py.control.axis_memory import HALVED_TIME, AxisMemory, Values, compared, lasting, proven
+from firmware_py.control.axis_memory import AxisMemory, Values, compared, proven
 from firmware_py.control.inherited_values import inherited, limits
 from firmware_py.control.lost_effect import Effect, share_left, with_share
 from firmware_py.control.model_evidence import Motion, no_evidence, pause, step
@@ -136,7 +136,7 @@ class AxisAdoption:
     @property
     def halved(self) -> bool:
         """Return whether fins that are taken for sound do no more than half of what they did; `held` is before that."""
-        return self._memory.halved_for >= HALVED_TIME
+        return self._memory.halved
 
     @property
     def refuted(self) -> bool:
@@ -170,14 +170,13 @@ class AxisAdoption:
         valid: Sequence[bool],
         left: Sequence[FinHealth] = (),
         unknown: bool = False,
-        believed: bool = True,
     ) -> None:
         """Move what is in force, 10 times a second, towards what was learned with 1 sigma `std`; NaN is not learned.
 
         What is known from an earlier flight is learned anew once `valid`. Where moments become valid that were refused,
         the filter took over other values, and they are weighed anew. When less is `left` of fins, so is of the good
         values; that more is takes longer to find than to learn. While it is `unknown` where a fin is the motion speaks
-        for and against nothing, and what had held but for a moment is no good value. Damage counts if it is `believed`.
+        for and against nothing, and what had held for a moment only before that is no good value.
         """
         m, file = self._memory, self._model.file
         if unknown and not m.unknown:
@@ -211,20 +210,21 @@ class AxisAdoption:
         m = m._replace(candidate=candidate, sure=sure, refusal=refusal)
         source, target = self._target(m)
         holds = source in _AS_LEARNED and self._evidence.evidence[_IN_FORCE] >= -_CLEARED * self._params.evidence
-        so_long = m.held + 1.0 / Rate.HZ_10 if holds else 0.0
-        self._memory = m = m._replace(source=source, values=self._moved(target), held=so_long)
+        self._memory = m = m._replace(
+            source=source, values=self._moved(target), held=m.held + 1.0 / Rate.HZ_10 if holds else 0.0
+        )
         if max(self._evidence.evidence) >= self._params.evidence:
             self._memory = m = m._replace(refuted=True)
         sound = m.share == 1.0 or not m.good  # what weak ones would do if they were whole rests on a share of steps
         long = m.held >= (_HOLD_VALID if known and not m.good else _HOLD)
-        if sound and long and not m.halved and (m.values == target or not unknown):
-            latest = with_share(self._model.names, m.values, 1.0 / m.share)
-            self._memory = m._replace(good=(*m.good[-1:], latest), held=0.0)
+        if sound and long and (m.values == target or not unknown):
+            self._memory = m._replace(
+                good=(*m.good[-1:], with_share(self._model.names, m.values, 1.0 / m.share)), held=0.0
+            )
         self._memory = proven(self._memory, learned, valid)
         if valid[-1] and share == 1.0 and not unknown:
             now = Effect(learned[-1] / file[-1], std[-1] / abs(file[-1]))
             self._memory = compared(self._memory, self._model.names, file, now)
-        self._memory = lasting(self._memory, believed, 1.0 / Rate.HZ_10)
         self._derive()
 
     def freeze(self) -> AxisMemory:

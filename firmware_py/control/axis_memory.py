@@ -14,9 +14,6 @@ _PROVEN = 0.1
 """Good values are proven by valid ones that differ by no more than this share,"""
 _TURNS = slice(-2, None)
 """of damping and fins, which come last."""
-HALVED_TIME = 30.0
-"""Fins that do no more than half have lost the rest when that has been so for such a time, s: a heading that drifts
-with its gyro by 1 deg/s, which teaches the filter the same, is found 13 to 18 s after it began."""
 
 
 class AxisMemory(NamedTuple):
@@ -41,7 +38,6 @@ class AxisMemory(NamedTuple):
         proven: the latest good values with which damping and fins agreed that were valid.
         whole: the most that the fins did while all were taken for sound, by valid values.
         halved: whether they do no more than half of it now, and nobody has said so yet.
-        halved_for: for how long that has been so, by sensors that are believed, s.
     """
 
     values: Values
@@ -62,7 +58,6 @@ class AxisMemory(NamedTuple):
     proven: Values = ()
     whole: Effect = Effect(0.0, 0.0)
     halved: bool = False
-    halved_for: float = 0.0
 
 
 def proven(m: AxisMemory, learned: Sequence[float], valid: Sequence[bool]) -> AxisMemory:
@@ -77,9 +72,8 @@ def proven(m: AxisMemory, learned: Sequence[float], valid: Sequence[bool]) -> Ax
 def compared(m: AxisMemory, names: Sequence[str], file: Values, now: Effect) -> AxisMemory:
     """Return what is remembered once what fins do by valid values is compared with the most that they did.
 
-    Where half of it is gone, the good values become those of before. It may be a sensor that lies, which teaches the
-    filter the same, and is found later: so half has to stay gone for a while, and where fins do as much as ever nothing
-    is gone.
+    Where half of it is gone, the good values become those of before. It may have been a sensor that lied, which teaches
+    the filter the same: where the fins do as much as ever nothing is gone.
     """
     if m.good and not m.halved and halved(m.whole, now):
         sound = with_share(names, m.good[0], m.whole.share * file[-1] / m.good[0][-1])
@@ -87,8 +81,3 @@ def compared(m: AxisMemory, names: Sequence[str], file: Values, now: Effect) -> 
     elif m.halved and whole_again(m.whole, now):
         m = m._replace(halved=False)
     return m._replace(whole=surest(m.whole, now))
-
-
-def lasting(m: AxisMemory, believed: bool, dt: float) -> AxisMemory:
-    """Return what is remembered dt, s, later: for how long half has been gone, by sensors that are `believed`."""
-    return m._replace(halved_for=m.halved_for + dt if m.halved and believed else 0.0)
