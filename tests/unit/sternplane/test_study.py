@@ -56,6 +56,9 @@ FILE = "autopilot.toml"
         (1.2, (0.85, 1.15), False),
         (100.0, (100.0, 100.0), True),
         (99.0, (100.0, 100.0), False),
+        (0.0, 0.0, True),
+        (1.0, 0.0, False),
+        (math.nan, 0.0, False),
         (3.0, None, None),
     ],
 )
@@ -64,8 +67,9 @@ def test_a_row_meets_its_target_or_not(value: float, target: object, ok: bool | 
     assert row.ok is ok
     plain = json.loads(json.dumps(row.plain(), allow_nan=False))
     assert plain["ok"] is ok
-    assert (row.margin is None) == (ok is None)
-    assert math.isnan(value) or ok is None or (row.margin >= 0.0) == ok
+    no_room = target in (0.0, (100.0, 100.0))
+    assert (row.margin is None) == (ok is None or (ok and no_room))
+    assert math.isnan(value) or row.margin is None or (row.margin >= 0.0) == ok
 
 
 @pytest.mark.parametrize("freedom", [1, 2, 4, 24, 79, 210, 6000])

@@ -95,10 +95,11 @@ def _print(rows: Sequence[Row], chance: bool) -> None:
     console = PlainConsole()
     table = Table("case", "met", "of", "least margin", box=None)
     for name in dict.fromkeys(row.case for row in rows):
-        judged = [row for row in rows if row.case == name and row.margin is not None]
+        judged = [row for row in rows if row.case == name and row.ok is not None]
         if judged:
-            least = min(row.margin for row in judged if row.margin is not None)
-            table.add_row(name, str(sum(bool(row.ok) for row in judged)), str(len(judged)), f"{100.0 * least:.0f} %")
+            margins = [row.margin for row in judged if row.margin is not None]
+            least = f"{100.0 * min(margins):.0f} %" if margins else ""
+            table.add_row(name, str(sum(bool(row.ok) for row in judged)), str(len(judged)), least)
     console.print(table)
     if chance:
         console.print(chance_text(rows), highlight=False, soft_wrap=True)

@@ -47,15 +47,18 @@ class Row(NamedTuple):
 
     @property
     def margin(self) -> float | None:
-        """What is left to the target, as a part of it (of half a band): 0 at the target, negative beyond."""
+        """What is left to the target, as a part of it (of half a band): 0 at the target, negative beyond.
+
+        None without a target, and where one is met that leaves no room: no flight may fail, and none does.
+        """
         if self.target is None:
             return None
+        low, high = self.target if isinstance(self.target, tuple) else (0.0, self.target)
+        if low == high:
+            return None if self.ok else -math.inf
         if isinstance(self.target, tuple):
-            low, high = self.target
-            if low == high:
-                return 0.0 if self.value == low else -math.inf
             return 2.0 * min(self.value - low, high - self.value) / (high - low)
-        return 1.0 - self.value / self.target if self.target else -math.inf if self.value > 0.0 else 0.0
+        return 1.0 - self.value / high
 
     def plain(self) -> dict[str, Any]:
         """Return the row as it stands in results.json; a number that is not finite is null."""
