@@ -94,7 +94,8 @@ class ActuatorWatch:
         t, feedback = tick.t, self._feedback
         turns = max(1, round(PERIOD / tick.dt))
         count = len(feedback)
-        changed = self._hull.update(tick, frame, applied, state, self._thrust.water(t), adopted)
+        water, propeller = self._thrust.water(t), self._health.propeller
+        changed = self._hull.update(tick, frame, applied, state, water, adopted, propeller)
         for i in range(tick.k % turns, count, turns):  # each in its own tick, so that all ticks cost the same
             heard, command = (frame.fins[i], applied.fins[i]) if i < count - 1 else (frame.n, applied.n)
             watch = feedback[i]

@@ -61,7 +61,7 @@ class HullWatch:
         self._left = [watch(params.evidence, one, PERIOD) for one in eddies]
         self._stuck = [StuckWatch(params.evidence, one, PERIOD) for one in eddies]
         self._heaved, self._flow, self._attitude = heaved_axis(vehicle), CrossFlow(PERIOD), AttitudeWitness()
-        self._sums, self._speeds = [(0.0, 0), (0.0, 0)], [math.nan, math.nan]
+        self._sums, self._speeds, self._sound = [(0.0, 0), (0.0, 0)], [math.nan, math.nan], True
         self._angles = [FinAngles(params, len(vehicle.fins)) for _ in eddies]  # fins of an X tail act on both axes
 
     def update(
@@ -72,12 +72,15 @@ class HullWatch:
         state: StateEstimate,
         water: tuple[WaterSpeed, ...],
         adopted: Adopted | None = None,
+        propeller: ActuatorFault = ActuatorFault.NONE,
     ) -> bool:
         """Take what one tick tells; return whether the fault of an axis is another one now.
 
         `water` is what speed and current may be (`ThrustWatch.water`): fins are held to the least speed of them.
-        `adopted` says what held so far, by which they are judged; None: vehicle.toml does.
+        `adopted` says what held so far, by which they are judged; None: vehicle.toml does. What is wrong with the
+        `propeller` is wrong with what was learned of fins in its race.
         """
+        self._sound = propeller is ActuatorFault.NONE
         ahrs, sums = frame.ahrs, self._sums
         if ahrs.fresh and ahrs.ok:
             (q, i), (r, j) = sums
@@ -151,7 +154,7 @@ class HullWatch:
     def _follow(self, axis: int, adopted: Adopted, taught: bool) -> bool:
         """Judge an axis by what held in adoption; return whether it can be judged.
 
-        What is learned speaks of fins only if it was `taught` by sensors that are believed.
+        What is learned speaks of fins only if it was `taught` by sensors that are believed, behind a sound propeller.
 
         While fins are at fault, also by adoption, what held before does, or a fault would become what is usual. Where
         nothing held and the motion refutes vehicle.toml only fins that do hardly anything by what is learned are named.
@@ -194,7 +197,7 @@ class HullWatch:
         """Take one step of an axis; return whether its fault, or a fin that stays, is another one now."""
         t, was, stuck = tick.t, self._fault(axis), self._stuck[axis]
         speaks = self._attitude.speaks(t, frame, state)
-        taught = speaks and state.sensors.dvl.state is not SourceState.SUSPECT
+        taught = speaks and self._sound and state.sensors.dvl.state is not SourceState.SUSPECT
         known = adopted is None or self._follow(axis, adopted, taught)
         total, count = self._sums[axis]
         self._sums[axis] = (0.0, 0)

@@ -67,14 +67,14 @@ class Yawing:
 
     It makes the speed `u`, and hears a DVL if that is `SPEED` and not `deaf`; gyros that are `late` tell of the tick
     before; while it is `lost` the AHRS is called so, while it is `doubted` the DVL; the pilot moves the rudder to and
-    fro in `period`, s; the propeller makes `n`, rev/s; `step` is what is added to the current across the hull, m/s. The
-    upper rudder reports nothing if it is `mute`, and is at `stays`, rad, if that is a number; the lower one is at
-    `against`, rad, and says so. Something else turns the hull by `push`, rad/s^2. `changed` is when the watch told of a
-    change.
+    fro in `period`, s; the propeller makes `n`, rev/s, and is silent while it is `raceless`; `step` is what is added to
+    the current across the hull, m/s. The upper rudder reports nothing if it is `mute`, and is at `stays`, rad, if that
+    is a number; the lower one is at `against`, rad, and says so. Something else turns the hull by `push`, rad/s^2.
+    `changed` is when the watch told of a change.
     """
 
     deaf, late, lost, doubted, mute, period, n = False, False, False, False, False, 9.0, 500.0 / 60.0
-    stays, against, push = math.nan, math.nan, 0.0
+    stays, against, push, raceless = math.nan, math.nan, 0.0, False
 
     def __init__(self, effect: float, adopted: Adopted | None, u: float = U, vehicle: Vehicle = VEHICLE) -> None:
         self.u, self.current = u, 0.0
@@ -113,7 +113,8 @@ class Yawing:
             if self.doubted:
                 state = dataclasses.replace(state, sensors=ALL_GOOD._replace(dvl=DRIFTS))
             applied = Applied((0.0, 0.0, rudder, rudder), self.n, True, False)
-            if self.watch.update(Tick(self.k, DT_NS), frame, applied, state, water, self.adopted):
+            propeller = ActuatorFault.SILENT if self.raceless else NONE
+            if self.watch.update(Tick(self.k, DT_NS), frame, applied, state, water, self.adopted, propeller):
                 self.changed.append(t)
             self.k += 1
         return self.watch.fault(UPPER)
@@ -204,9 +205,9 @@ def test_what_adoption_found_halved_is_weak_and_held_to_what_fins_did_before() -
         assert hull.watch.left(UPPER) == left
 
 
-@pytest.mark.parametrize("liar", ["lost", "doubted"])
+@pytest.mark.parametrize("liar", ["lost", "doubted", "raceless"])
 def test_what_an_ahrs_or_a_dvl_taught_that_is_not_believed_is_no_fault_of_the_fins(liar: str) -> None:
-    """A late AHRS, and a DVL that had drifted, taught the filter that sound rudders did half."""
+    """A late AHRS, a DVL that drifted, a propeller that stood unheard: what was learned said that rudders did half."""
     half = dataclasses.replace(knowing(1.0), halved=(False, True))
     hull = Yawing(1.0, knowing(1.0), SPEED)
     assert hull.run(30.0) is NONE
