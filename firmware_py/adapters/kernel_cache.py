@@ -20,6 +20,8 @@ FLYING = ("firmware_py", "sim_bridge")
 """Whose kernels a simulated flight needs; those of the tools are for identification, studies and paper alone."""
 _ROOTS = (ROOT, ROOT / "tools")
 """Where the packages lie: side by side once installed, the tools a folder deeper in a checkout."""
+_BLAS_THREADS = "OPENBLAS_NUM_THREADS"
+"""Read when numpy is imported. Others would but spin: matrices of thirty rows gain nothing, the cycle loses a core."""
 _LOCATOR = "firmware_py.adapters.kernel_locator.KernelLocator"
 _IMPORT = re.compile(rf"^\s*from ((?:{'|'.join(PACKAGES)})[\w.]*) import (\([^)]*\)|.*)", re.MULTILINE)
 """Imports of our own modules; `ast` would take a tenth of a second of every start."""
@@ -39,11 +41,11 @@ def module_name(path: Path) -> str:
 
 
 def use() -> Path:
-    """Point numba's cache at the folder of these kernels; call before one is imported.
+    """Point numba's cache at the folder of these kernels, and keep BLAS in one thread; call before one is imported.
 
-    It is named by sources, Python and numba; numba's own index tells processors apart. It lies in `STERNPLANE_CACHE`;
-    else in .cache/kernels of the checkout, where that is complete or can be written; else in the user's cache folder
-    (`XDG_CACHE_HOME`, ~/.cache); else in a folder for temporary files.
+    The folder is named by sources, Python and numba; numba's own index tells processors apart. It lies in
+    `STERNPLANE_CACHE`; else in .cache/kernels of the checkout, where that is complete or can be written; else in the
+    user's cache folder (`XDG_CACHE_HOME`, ~/.cache); else in a folder for temporary files.
 
     Raises:
         ParamError: `STERNPLANE_CACHE` is no folder that can be written.
@@ -54,6 +56,7 @@ def use() -> Path:
     folder = _place(digest.hexdigest()[:16])
     settings = {"CACHE_DIR": str(folder), "CACHE_LOCATOR_CLASSES": _LOCATOR}
     os.environ.update({f"NUMBA_{name}": value for name, value in settings.items()})
+    os.environ.setdefault(_BLAS_THREADS, "1")
     if "numba" in sys.modules:
         for name, value in settings.items():
             setattr(sys.modules["numba"].config, name, value)

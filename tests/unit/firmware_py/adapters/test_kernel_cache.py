@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 import tempfile
 from pathlib import Path
 
@@ -47,6 +49,17 @@ def test_numba_keeps_its_kernels_there_though_it_was_imported_before(tree):
     assert folder.parent == tree / ".cache" / "kernels"
     assert os.environ["NUMBA_CACHE_DIR"] == numba.config.CACHE_DIR == str(folder)
     assert kernel_cache.use() == folder
+
+
+@pytest.mark.parametrize("program", ["firmware_py.__main__", "sternplane.cli.main"])
+def test_blas_starts_no_thread_in_a_program_that_asks_before_it_computes(program):
+    code = (
+        f"import os, {program}; from firmware_py.adapters import kernel_cache; kernel_cache.use(); import numpy; "
+        "numpy.linalg.eigh(numpy.eye(200)); print(len(os.listdir('/proc/self/task')))"
+    )
+    environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=60)
+    assert done.stdout == "1\n", done.stderr
 
 
 def test_the_environment_says_where(tree, tmp_path, monkeypatch):
