@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 import reprlib
+from collections.abc import Sequence
 from typing import Any
 
 _QUOTED_MAX = 60
@@ -32,6 +34,17 @@ def quoted(value: Any) -> str:
 def shortened(text: str) -> str:
     """Return a text, such as a key, as an error text repeats it: cut where it is long."""
     return text if len(text) <= _QUOTED_MAX else f"{text[: _QUOTED_MAX - 12]} ... {text[-7:]}"
+
+
+def did_you_mean(word: Any, known: Sequence[str]) -> str:
+    """Return which of the known words was probably meant, as a question; "" where none is near, or it is no text."""
+    close = difflib.get_close_matches(shortened(word).lower(), known, n=1) if isinstance(word, str) else ()
+    return f"did you mean {close[0]}?" if close else ""
+
+
+def probably(word: str, known: Sequence[str]) -> str:
+    """Return which of the known words was probably meant; if none is near, all of them."""
+    return did_you_mean(word, known) or f"known here: {', '.join(known)}"
 
 
 def one_line(error: BaseException | str) -> str:

@@ -66,7 +66,7 @@ def _doc_of(declaration: Declaration, hint: Any) -> str:
     if choices is None:
         return declaration.doc or {str: "Text.", bool: "true or false."}.get(hint, "")
     others = ", or the name of one's own" if PartName in typing.get_args(hint) else ""
-    return f"{declaration.doc or _first_line(choices)} One of {choices_text(choices)}{others}."
+    return f"{declaration.doc or _first_line(choices)} One of {choices_text(choices, declaration)}{others}."
 
 
 def _first_line(cls: type[Any]) -> str:
@@ -135,6 +135,7 @@ class Parameter:
         high: greatest value; inf for none.
         is_integer: true for a count, a truth value or a choice.
         choices: names of the values 0, 1, ...; empty for numbers.
+        refused: those of them that cannot be chosen.
         group: table that the key is in.
         doc: help text.
         when: when a change takes effect.
@@ -151,9 +152,15 @@ class Parameter:
     high: float
     is_integer: bool
     choices: tuple[str, ...]
+    refused: tuple[str, ...]
     group: str
     doc: str
     when: TakesEffect
+
+    @property
+    def allowed(self) -> Iterator[tuple[int, str]]:
+        """Yield value and name of each choice that can be made."""
+        return ((i, choice) for i, choice in enumerate(self.choices) if choice not in self.refused)
 
 
 def list_parameters(record: Any, base: Any = None, group: str = "", name: str = "") -> Iterator[Parameter]:
@@ -194,6 +201,7 @@ def _entries(
             high=high,
             is_integer=kind is not float,
             choices=("false", "true") if kind is bool else choices,
+            refused=choice_names(declaration.refused),
             group=group,
             doc=declaration.doc or _first_line(kind),
             when=declaration.when,

@@ -10,17 +10,16 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import difflib
 import enum
 import functools
 import math
 import types
 import typing
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from firmware_py.error_text import quoted, shortened
+from firmware_py.error_text import did_you_mean, probably, quoted, shortened
 from firmware_py.part_name import PartName, is_part_name
 from firmware_py.units import UNITS, from_si, to_si
 
@@ -64,6 +63,8 @@ class Declaration:
     doc: str
     mav: str
     when: TakesEffect
+    refused: tuple[enum.Enum, ...] = ()
+    why: str = ""
 
 
 def param(
@@ -75,6 +76,8 @@ def param(
     doc: str = "",
     mav: str = "",
     when: TakesEffect = TakesEffect.AT_ONCE,
+    refused: tuple[enum.Enum, ...] = (),
+    why: str = "",
 ) -> Any:
     """Declare a parameter: a field of a frozen dataclass.
 
@@ -87,6 +90,8 @@ def param(
         mav: end of its MAVLink name, after the prefixes that `table` gives; without one ground stations do not see it.
             Each entry of a list has a name of its own, with a number from 1 appended.
         when: when a change by a ground station takes effect.
+        refused: members of its enum that cannot be chosen, and
+        why: they cannot, for error texts.
 
     Raises:
         ValueError: unknown unit, or a MAVLink name that is too long.
@@ -95,7 +100,7 @@ def param(
         raise ValueError(f"unit {unit!r} is not declared in units.UNITS")
     if len(mav) > _MAVLINK_NAME_MAX:
         raise ValueError(f"MAVLink name {mav!r} is longer than {_MAVLINK_NAME_MAX} characters")
-    metadata = {_DECLARATION: Declaration(unit, low, high, doc, mav, when)}
+    metadata = {_DECLARATION: Declaration(unit, low, high, doc, mav, when, refused, why)}
     if default is dataclasses.MISSING:
         return dataclasses.field(metadata=metadata)
     return dataclasses.field(default=to_si(default, UNITS[unit][1]), metadata=metadata)
@@ -170,14 +175,14 @@ field_types = typing.cast("Callable[[type[Any]], dict[str, Any]]", functools.cac
 """Return the types of a dataclass's fields. Cached: resolving them takes as long as a cycle."""
 
 
-def choices_text(choices: type[enum.Enum]) -> str:
-    """Return an enum's members as they are written in TOML, separated by commas."""
-    return ", ".join(f'"{name}"' for name in choice_names(choices))
+def choices_text(choices: type[enum.Enum], declaration: Declaration | None) -> str:
+    """Return those of an enum's members that a declaration leaves, as they are written in TOML, between commas."""
+    return ", ".join(f'"{name}"' for name in choice_names(choices, declaration.refused if declaration else ()))
 
 
-def choice_names(choices: type[enum.Enum]) -> tuple[str, ...]:
-    """Return an enum's members as they are written in TOML."""
-    return tuple(member.name.lower() for member in choices)
+def choice_names(choices: Iterable[enum.Enum], refused: Sequence[enum.Enum] = ()) -> tuple[str, ...]:
+    """Return members of an enum as they are written in TOML, without those that are refused."""
+    return tuple(member.name.lower() for member in choices if member not in refused)
 
 
 def is_table(hint: Any) -> bool:
@@ -226,13 +231,14 @@ def parse_value(hint: Any, declaration: Declaration | None, raw: Any, where: str
             raise ParamError(f"{where} must be a table")
         return {str(k): parse_value(args[1], declaration, v, f"{where}.{shortened(str(k))}") for k, v in raw.items()}
     if isinstance(hint, type) and issubclass(hint, enum.Enum):
+        taken = _expected(hint, declaration)
         for member in hint:
             if member.name.lower() == raw:
+                if declaration and member in declaration.refused:
+                    raise ParamError(f'{where} = "{raw}": {declaration.why}; must be {taken}')
                 return member
-        word = shortened(raw).lower() if isinstance(raw, str) else ""
-        near = difflib.get_close_matches(word, choice_names(hint), n=1)
-        also = f"; did you mean {near[0]}?" if near else ""
-        raise ParamError(f"{where} = {quoted(raw)}: must be {_expected(hint, declaration)}{also}")
+        meant = did_you_mean(raw, choice_names(hint))
+        raise ParamError(f"{where} = {quoted(raw)}: must be {taken}{meant and f'; {meant}'}")
     if hint in (bool, str):
         if not isinstance(raw, hint):
             raise ParamError(f"{where} = {quoted(raw)}: must be {_expected(hint, declaration)}")
@@ -266,7 +272,7 @@ def _expected(hint: Any, declaration: Declaration | None) -> str:
     if is_table(hint):
         return "a table"
     if isinstance(hint, type) and issubclass(hint, enum.Enum):
-        return f"one of {choices_text(hint)}"
+        return f"one of {choices_text(hint, declaration)}"
     if typing.get_origin(hint) is tuple:
         args = typing.get_args(hint)
         each = "tables" if is_table(args[0]) else f"{len(args)} entries, each {_expected(args[0], declaration)}"
@@ -292,9 +298,3 @@ def unknown_key_text(where: str, key: str, fields: Mapping[str, dataclasses.Fiel
         if field.name in (stem, key) and declaration is not None:
             return f"{where}: {key} has the wrong unit; write {right} (unit {declaration.unit or 'none'})"
     return f"{where}: {key} is unknown; {probably(key, sorted(fields))}"
-
-
-def probably(word: str, known: Sequence[str]) -> str:
-    """Return what of the known words was probably meant; if none is near, all of them."""
-    close = difflib.get_close_matches(shortened(word).lower(), known, n=1)
-    return f"did you mean {close[0]}?" if close else f"known here: {', '.join(known)}"

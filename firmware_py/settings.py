@@ -16,14 +16,13 @@ import typing
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from firmware_py.error_text import quoted, shortened
+from firmware_py.error_text import probably, quoted, shortened
 from firmware_py.params import (
     ParamError,
     declaration_of,
     dump,
     field_types,
     is_table,
-    probably,
     to_toml_value,
     toml_key,
 )

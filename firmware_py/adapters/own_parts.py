@@ -19,8 +19,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, TypeVar
 
-from firmware_py.error_text import FAILURES, failure_text, shortened
-from firmware_py.params import ParamError, probably
+from firmware_py.error_text import FAILURES, failure_text, probably, shortened
+from firmware_py.params import ParamError
 
 T = TypeVar("T")
 _LOCAL = "<locals>"

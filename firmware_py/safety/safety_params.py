@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
-from firmware_py.params import ParamError, param, table
+from firmware_py.params import param, table
 from firmware_py.safety.action import Action
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
 from firmware_py.safety.ascent_params import AscentParams
@@ -14,27 +14,12 @@ from firmware_py.safety.gate import GateParams
 from firmware_py.safety.station_params import StationParams
 
 _WARN, _RETURN, _SURFACE, _DROP = Action.WARN, Action.RETURN, Action.SURFACE, Action.SURFACE_AND_DROP
-_NO_HOLD = (
-    "attitude_action",
-    "depth_action",
-    "depth_max_action",
-    "altitude_action",
-    "pitch_action",
-    "roll_action",
-    "surfacing_action",
-    "ahrs_action",
-    "plane_action",
-    "propeller_action",
-    "bus_action",
-    "restart_action",
-    "sunk_action",
-    "start_action",
-    "terrain_action",
-)
-"""Actions of rules under which neither HOLD nor RETURN can be flown, or would keep what is wrong."""
-_NO_STAY = ("leak_action", "battery_action", "fence_action", "leg_action")
-"""Actions of rules under which HOLD would keep what is wrong: it stays under water, or goes on beyond the fence."""
 _UP = (_SURFACE, _DROP)
+_UP_ONLY: dict[str, Any] = {
+    "refused": (Action.HOLD, Action.RETURN),
+    "why": "neither hold nor return can be flown then, or both keep what is wrong",
+}
+_NOT_HOLD: dict[str, Any] = {"refused": (Action.HOLD,), "why": "it would stay under water, or beyond the fence"}
 
 
 @dataclass(frozen=True)
@@ -42,19 +27,19 @@ class SafetyParams:
     """The limits of the rules; each `*_time` is how long a condition must hold without a break."""
 
     attitude_timeout: float = param(0.5, unit="s", low=0.05, high=5.0, doc="Older attitude is lost.", mav="ATT_TIMEOUT")
-    attitude_action: Action = param(_SURFACE, doc="Attitude lost.", mav="ATT_ACT")
+    attitude_action: Action = param(_SURFACE, doc="Attitude lost.", mav="ATT_ACT", **_UP_ONLY)
     depth_timeout: float = param(1.0, unit="s", low=0.1, high=10.0, doc="Older depth is lost.", mav="DEP_TIMEOUT")
-    depth_action: Action = param(_SURFACE, doc="Depth lost.", mav="DEP_ACT")
+    depth_action: Action = param(_SURFACE, doc="Depth lost.", mav="DEP_ACT", **_UP_ONLY)
     leak_time: float = param(
         0.5, unit="s", low=0.0, high=60.0, doc="A leak for so long, after two readings of it.", mav="LEAK_TIME"
     )
-    leak_action: Action = param(_SURFACE, doc="A leak.", mav="LEAK_ACT")
+    leak_action: Action = param(_SURFACE, doc="A leak.", mav="LEAK_ACT", **_NOT_HOLD)
     leak_silent_time: float = param(
         30.0, unit="s", low=1.0, high=3600.0, doc="The leak sensor was heard, and is not for so long.", mav="LEAK_SIL_T"
     )
     leak_silent_action: Action = param(_WARN, doc="The leak sensor is silent.", mav="LEAK_SIL_ACT")
     battery_min: float = param(10.0, unit="%", low=0.0, high=90.0, doc="Less battery than this.", mav="BATT_MIN")
-    battery_action: Action = param(_SURFACE, doc="Less battery than battery_min.", mav="BATT_ACT")
+    battery_action: Action = param(_SURFACE, doc="Less battery than battery_min.", mav="BATT_ACT", **_NOT_HOLD)
     battery_warn: float = param(20.0, unit="%", low=0.0, high=100.0, doc="The level to warn at.", mav="BATT_WARN")
     battery_warn_action: Action = param(_WARN, doc="Less battery than battery_warn.", mav="BATT_WARN_AC")
     battery_arm: float = param(
@@ -67,7 +52,7 @@ class SafetyParams:
     battery_silent_action: Action = param(_RETURN, doc="The charge is not known.", mav="BATT_SIL_ACT")
     depth_max: float = param(30.0, unit="m", low=1.0, high=6000.0, doc="The fence's depth.", mav="DEPTH_MAX")
     depth_max_time: float = param(0.3, unit="s", low=0.0, high=10.0, doc="Deeper for so long.", mav="DEPTH_TIME")
-    depth_max_action: Action = param(_SURFACE, doc="Deeper than depth_max.", mav="DEPTH_ACT")
+    depth_max_action: Action = param(_SURFACE, doc="Deeper than depth_max.", mav="DEPTH_ACT", **_UP_ONLY)
     altitude_min: float = param(2.0, unit="m", low=0.0, high=50.0, doc="Nearer to the bottom than this.", mav="ALT_MIN")
     altitude_time: float = param(1.0, unit="s", low=0.0, high=10.0, doc="Too near for so long.", mav="ALT_TIME")
     altitude_ahead: float = param(
@@ -81,19 +66,19 @@ class SafetyParams:
         doc="The way is off within; over a bottom too steep to climb, the altitude so far ahead counts.",
         mav="STOP_TIME",
     )
-    altitude_action: Action = param(_SURFACE, doc="Too near to the bottom.", mav="ALT_ACT")
+    altitude_action: Action = param(_SURFACE, doc="Too near to the bottom.", mav="ALT_ACT", **_UP_ONLY)
     late_max: int = param(10, low=0, high=1000, doc="More cycles of the last second late than this.", mav="LATE_MAX")
     late_action: Action = param(_SURFACE, doc="Too many late cycles.", mav="LATE_ACT")
     fence_time: float = param(1.0, unit="s", low=0.0, high=60.0, doc="Beyond the fence for so long.", mav="FENCE_TIME")
-    fence_action: Action = param(_SURFACE, doc="Beyond the fence.", mav="FENCE_ACT")
+    fence_action: Action = param(_SURFACE, doc="Beyond the fence.", mav="FENCE_ACT", **_NOT_HOLD)
     pitch_max: float = param(45.0, unit="deg", low=20.0, high=90.0, doc="More pitch than this.", mav="PITCH_MAX")
     pitch_time: float = param(2.0, unit="s", low=0.1, high=60.0, doc="For so long.", mav="PITCH_TIME")
-    pitch_action: Action = param(_SURFACE, doc="Too much pitch.", mav="PITCH_ACT")
+    pitch_action: Action = param(_SURFACE, doc="Too much pitch.", mav="PITCH_ACT", **_UP_ONLY)
     roll_max: float = param(60.0, unit="deg", low=20.0, high=180.0, doc="More roll than this.", mav="ROLL_MAX")
     roll_time: float = param(
         10.0, unit="s", low=0.1, high=600.0, doc="For so long; a current abeam rolls it too.", mav="ROLL_TIME"
     )
-    roll_action: Action = param(_SURFACE, doc="Too much roll.", mav="ROLL_ACT")
+    roll_action: Action = param(_SURFACE, doc="Too much roll.", mav="ROLL_ACT", **_UP_ONLY)
     depth_error_max: float = param(
         5.0, unit="m", low=0.5, high=1000.0, doc="Farther from the depth that is flown than this.", mav="DERR_MAX"
     )
@@ -101,17 +86,19 @@ class SafetyParams:
     depth_error_action: Action = param(_SURFACE, doc="The depth is not held.", mav="DERR_ACT")
     leg_way: float = param(10.0, unit="m", low=0.1, high=1000.0, doc="Nearer by this in leg_time.", mav="LEG_WAY")
     leg_time: float = param(180.0, unit="s", low=10.0, high=36000.0, doc="See leg_way.", mav="LEG_TIME")
-    leg_action: Action = param(_SURFACE, doc="No way is made to the waypoint.", mav="LEG_ACT")
+    leg_action: Action = param(_SURFACE, doc="No way is made to the waypoint.", mav="LEG_ACT", **_NOT_HOLD)
     energy_margin: float = param(
         1.5, low=1.0, high=10.0, doc="The way home needs so many times what the way so far did.", mav="ENERGY_MARG"
     )
     energy_action: Action = param(_WARN, doc="The charge above battery_min does not bring it home.", mav="ENERGY_ACT")
     surfacing_time: float = param(600.0, unit="s", low=30.0, high=36000.0, doc="Surfacing, so far.", mav="SURFG_TIME")
-    surfacing_action: Action = param(_WARN, doc="Surfacing for so long, and again.", mav="SURFG_ACT")
+    surfacing_action: Action = param(_WARN, doc="Surfacing for so long, and again.", mav="SURFG_ACT", **_UP_ONLY)
     sensor_time: float = param(
         2.0, unit="s", low=0.0, high=600.0, doc="Lost or not believed for so long.", mav="SENS_TIME"
     )
-    ahrs_action: Action = param(_SURFACE, doc="The AHRS's tilt is not believed; gyros carry it on.", mav="AHRS_ACT")
+    ahrs_action: Action = param(
+        _SURFACE, doc="The AHRS's tilt is not believed; gyros carry it on.", mav="AHRS_ACT", **_UP_ONLY
+    )
     heading_action: Action = param(
         _WARN, doc="The AHRS's heading is not believed; gyros carry it on.", mav="HEADING_ACT"
     )
@@ -119,7 +106,10 @@ class SafetyParams:
     altimeter_action: Action = param(_WARN, doc="The altimeter is lost or not believed.", mav="ALTIM_ACT")
     bottom_action: Action = param(_WARN, doc="Both: the bottom is not seen.", mav="BOTTOM_ACT")
     terrain_action: Action = param(
-        _SURFACE, doc="The depth is flown above the bottom, which nothing sees (terrain failsafe).", mav="TERRAIN_ACT"
+        _SURFACE,
+        doc="The depth is flown above the bottom, which nothing sees (terrain failsafe).",
+        mav="TERRAIN_ACT",
+        **_UP_ONLY,
     )
     unchecked_time: float = param(
         60.0,
@@ -142,9 +132,11 @@ class SafetyParams:
         mav="RESERVE",
     )
     damage_action: Action = param(_WARN, doc="A fin is damaged, and the rest controls the vehicle.", mav="DAMAGE_ACT")
-    plane_action: Action = param(_SURFACE, doc="Planes are jammed or lost, and the rest does not.", mav="PLANE_ACT")
+    plane_action: Action = param(
+        _SURFACE, doc="Planes are jammed or lost, and the rest does not.", mav="PLANE_ACT", **_UP_ONLY
+    )
     rudder_action: Action = param(_SURFACE, doc="Rudders are jammed or lost, and the rest does not.", mav="RUDDER_ACT")
-    propeller_action: Action = param(_DROP, doc="The propeller is jammed or lost.", mav="PROP_ACT")
+    propeller_action: Action = param(_DROP, doc="The propeller is jammed or lost.", mav="PROP_ACT", **_UP_ONLY)
     runaway_action: Action = param(_SURFACE, doc="The propeller drives faster than it is told.", mav="RUNAWAY_ACT")
     actuator_silent_action: Action = param(
         _WARN, doc="A fin, the propeller or the hardpoint reports nothing.", mav="ACTR_SIL_ACT"
@@ -153,14 +145,14 @@ class SafetyParams:
     bus_time: float = param(
         2.0, unit="s", low=0.2, high=60.0, doc="Nothing at all is heard for so long.", mav="BUS_TIME"
     )
-    bus_action: Action = param(_SURFACE, doc="No device is heard.", mav="BUS_ACT")
+    bus_action: Action = param(_SURFACE, doc="No device is heard.", mav="BUS_ACT", **_UP_ONLY)
     restart_time: float = param(
         5.0, unit="s", low=0.5, high=600.0, doc="Under water for so long after the program began.", mav="RESTART_T"
     )
     restart_action: Action = param(
-        _SURFACE, doc="Begun again under water, a short time after it was armed.", mav="RESTART_ACT"
+        _SURFACE, doc="Begun again under water, a short time after it was armed.", mav="RESTART_ACT", **_UP_ONLY
     )
-    start_action: Action = param(_WARN, doc="Begun under water otherwise.", mav="START_ACT")
+    start_action: Action = param(_WARN, doc="Begun under water otherwise.", mav="START_ACT", **_UP_ONLY)
     rally_home: bool = param(False, doc="Home is a rally point too, not only without any.", mav="RALLY_HOME")
     station: StationParams = table(StationParams, mav="GCS_")
     surface_depth: float = param(
@@ -180,7 +172,7 @@ class SafetyParams:
         doc="Surfaced, disarmed by itself, and submerged again for so long.",
         mav="SUNK_TIME",
     )
-    sunk_action: Action = param(_DROP, doc="It sank again.", mav="SUNK_ACT")
+    sunk_action: Action = param(_DROP, doc="It sank again.", mav="SUNK_ACT", **_UP_ONLY)
     fix_timeout: float = param(
         2.0, unit="s", low=0.2, high=60.0, doc="An older position fix does not tell of the surface.", mav="FIX_TIMEOUT"
     )
@@ -197,22 +189,6 @@ class SafetyParams:
     gate: GateParams = table(GateParams, mav="GATE_")
     ascent: AscentParams = table(AscentParams, mav="ASC_")
     actuators: ActuatorParams = table(ActuatorParams, mav="ACT_")
-
-    def __post_init__(self) -> None:
-        """Refuse an action that cannot be an answer."""
-        for name in _NO_HOLD:
-            action: Action = getattr(self, name)
-            if action in (Action.HOLD, Action.RETURN):
-                raise ParamError(
-                    f'{name} = "{action.name.lower()}": neither hold nor return can be flown then; '
-                    'write "none", "warn", "surface" or "surface_and_drop"'
-                )
-        for name in _NO_STAY:
-            if getattr(self, name) is Action.HOLD:
-                raise ParamError(
-                    f'{name} = "hold": it would stay as it is, under water; '
-                    'write "none", "warn", "return", "surface" or "surface_and_drop"'
-                )
 
 
 def switched_off(params: Any, table: str = "safety.") -> Iterator[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from firmware_py.params import ParamError, param
+from firmware_py.params import param
 from firmware_py.safety.action import Action
 
 
@@ -18,7 +18,13 @@ class StationParams:
     manual_time: float = param(20.0, unit="s", low=1.0, high=36000.0, doc="No station, in MANUAL.", mav="MAN_T")
     manual_action: Action = param(Action.HOLD, doc="No station for manual_time.", mav="MAN_ACT")
     hold_time: float = param(60.0, unit="s", low=1.0, high=36000.0, doc="No station, in HOLD.", mav="HOLD_T")
-    hold_action: Action = param(Action.SURFACE, doc="No station for hold_time.", mav="HOLD_ACT")
+    hold_action: Action = param(
+        Action.SURFACE,
+        doc="No station for hold_time.",
+        mav="HOLD_ACT",
+        refused=(Action.HOLD,),
+        why="it holds already, and would never come up",
+    )
     loiter_time: float = param(20.0, unit="s", low=1.0, high=36000.0, doc="No station, in LOITER.", mav="LOIT_T")
     loiter_action: Action = param(Action.HOLD, doc="No station for loiter_time.", mav="LOIT_ACT")
     guided_time: float = param(20.0, unit="s", low=1.0, high=36000.0, doc="No station, in GUIDED.", mav="GUID_T")
@@ -27,11 +33,3 @@ class StationParams:
     mission_action: Action = param(Action.NONE, doc="No station for mission_time.", mav="MISS_ACT")
     sticks_time: float = param(10.0, unit="s", low=1.0, high=3600.0, doc="No sticks, under water.", mav="JS_T")
     sticks_action: Action = param(Action.SURFACE, doc="No sticks for sticks_time.", mav="JS_ACT")
-
-    def __post_init__(self) -> None:
-        """Refuse the one answer that would leave a vehicle in HOLD where it is: nothing else brings it up then."""
-        if self.hold_action is Action.HOLD:
-            raise ParamError(
-                'hold_action = "hold": it holds already, and would never come up; '
-                'write "none", "warn", "return", "surface" or "surface_and_drop"'
-            )

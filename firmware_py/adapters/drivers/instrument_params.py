@@ -10,8 +10,8 @@ from typing import NamedTuple, Protocol
 
 from firmware_py.adapters.drivers.instrument_table import I2C_SENSORS, INSTRUMENTS
 from firmware_py.adapters.drivers.mounting import STRAIGHT, Mounting
-from firmware_py.error_text import quoted
-from firmware_py.params import ParamError, param, probably
+from firmware_py.error_text import probably, quoted
+from firmware_py.params import ParamError, param
 from firmware_py.records.sensing import MOST_CANDIDATES, NODE_OF, ROLES, candidate_name
 
 DRONECAN = "dronecan"

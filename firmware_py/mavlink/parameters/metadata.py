@@ -71,7 +71,7 @@ def metadata_of(setting: Parameter) -> dict[str, Any]:
         if value is not None and math.isfinite(value):
             entry[key] = int(value) if setting.is_integer else value
     if setting.choices:
-        entry["values"] = [{"value": i, "description": choice} for i, choice in enumerate(setting.choices)]
+        entry["values"] = [{"value": i, "description": choice} for i, choice in setting.allowed]
     if setting.when is TakesEffect.RESTART:
         entry["rebootRequired"] = True
     return entry

@@ -148,7 +148,7 @@ class ParameterStore:
             raise ParameterRefused(_OUT_OF_RANGE, f"{stays}: {value:g} is not {wanted}")
         if not setting.low <= value <= setting.high:
             unit = f" {setting.unit}" if setting.unit else ""
-            choices = f" ({', '.join(f'{i} {c}' for i, c in enumerate(setting.choices))})" if setting.choices else ""
+            choices = f" ({', '.join(f'{i} {c}' for i, c in setting.allowed)})" if setting.choices else ""
             bounds = f"[{setting.low:g}, {setting.high:g}]{unit}{choices}"
             raise ParameterRefused(_OUT_OF_RANGE, f"{stays}: {value:g} is not in {bounds}")
         if armed and setting.when is TakesEffect.DISARMED:

@@ -37,7 +37,8 @@ CASES = [
     ({"safety.battery_warn_pct": 5.0}, "battery_warn_pct = 5 is not above battery_min_pct = 10"),
     ({"safety.battery_warn_pct": 10.0}, "battery_min_pct = 10: the warning would come too late"),
     ({"safety.station.hold_action": "hold"}, 'hold_action = "hold": it holds already, and would never come up'),
-    ({"safety.leak_action": "hold"}, 'leak_action = "hold": it would stay as it is, under water'),
+    ({"safety.leak_action": "hold"}, 'leak_action = "hold": it would stay under water, or beyond the fence'),
+    ({"safety.sunk_action": "return"}, 'must be one of "none", "warn", "surface", "surface_and_drop"'),
     ({"safety.attitude_timeout_s": 5.0}, "attitude_timeout_s = 5 is over gate.ahrs_timeout_s = 0.5"),
     (
         {"safety.ascent.pitch_deg": 5.0, "safety.ascent.level_pitch_deg": 6.0},

@@ -18,12 +18,10 @@ if __name__ == "__main__":
 
 from firmware_py.adapters.installation import configs
 from firmware_py.adapters.io_params import IoParams
-from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.config_files import MissionParams
-from firmware_py.parameter_tree import describe_keys, with_values
-from firmware_py.params import Declaration, ParamError, TakesEffect, choice_names, choices_text, load
+from firmware_py.parameter_tree import describe_keys
+from firmware_py.params import Declaration, TakesEffect
 from firmware_py.reconfiguration import AutopilotParams
-from firmware_py.safety.action import Action
 from firmware_py.vehicle.vehicle import Vehicle
 from sim_bridge.devices.devices import DevicesParams
 from sim_bridge.faults.catalogue import FORM, help_text
@@ -147,25 +145,8 @@ def _table(cls: type[Any]) -> Iterator[str]:
             continue
         bounds = _bounds(declaration.low, declaration.high)
         name = f" {_name(declaration, default)} |" if known else ""
-        meaning = _actions_of(key, declaration.doc) or _coefficient_meaning(key)
+        meaning = declaration.doc or _coefficient_meaning(key)
         yield f"| `{key}` | {declaration.unit or '–'} | {bounds} | {_shown(default)} | {meaning} |{name}"
-
-
-def _actions_of(key: str, doc: str) -> str:
-    """Return what a key means with the actions that are taken for it alone: some rules leave nothing to hold with."""
-    if (all_of_them := choices_text(Action)) not in doc:
-        return doc
-    taken = [f'"{name}"' for name in choice_names(Action) if _is_taken(key, name)]
-    return doc.replace(all_of_them, ", ".join(taken))
-
-
-def _is_taken(key: str, value: str) -> bool:
-    shipped = load(AutopilotParams, read_toml(configs() / "npsauv2" / "autopilot.toml"), "")
-    try:
-        with_values(shipped, {key: value}, "")
-    except ParamError:
-        return False
-    return True
 
 
 def _coefficient_meaning(key: str) -> str:

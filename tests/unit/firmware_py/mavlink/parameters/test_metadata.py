@@ -29,6 +29,7 @@ def setting(name: str, value: float, whole: bool = False, base: float | None = N
         "low": -1e6,
         "high": 1e6,
         "choices": (),
+        "refused": (),
         "group": "law",
         "doc": "How strong.",
         "when": TakesEffect.AT_ONCE,
@@ -74,6 +75,7 @@ BOOK = ParameterStore(
         setting("L_GAIN", 2.5, low=-1.0, high=10.0, default=0.5),
         setting("L_POLE2", -0.5, key="law.poles_1_s", index=1, unit="1/s", default=None, when=TakesEffect.DISARMED),
         setting("L_ON", 1.0, True, unit="", low=0.0, high=1.0, choices=("false", "true"), when=TakesEffect.RESTART),
+        setting("L_ACT", 2.0, True, low=0.0, high=2.0, choices=("none", "hold", "surface"), refused=("hold",)),
     ],
     Nobody(),
 )
@@ -107,7 +109,7 @@ def test_the_general_file_says_where_the_parameters_are_and_their_checksum() -> 
 
 
 def test_a_parameters_metadata_has_unit_bounds_default_choices_and_what_a_person_should_know() -> None:
-    gain, pole, on = json.loads(metadata.files(BOOK)["metadata/parameter.json"]())["parameters"]
+    gain, pole, on, act = json.loads(metadata.files(BOOK)["metadata/parameter.json"]())["parameters"]
     assert gain == {
         "name": "L_GAIN",
         "type": "Float",
@@ -124,6 +126,7 @@ def test_a_parameters_metadata_has_unit_bounds_default_choices_and_what_a_person
     assert (on["type"], on["default"], on["min"], on["max"], on["rebootRequired"]) == ("Int32", 1, 0, 1, True)
     assert on["values"] == [{"value": 0, "description": "false"}, {"value": 1, "description": "true"}]
     assert "units" not in on
+    assert act["values"] == [{"value": 0, "description": "none"}, {"value": 2, "description": "surface"}]
 
 
 def test_the_pack_has_the_values_of_the_moment_with_or_without_those_of_the_files() -> None:
