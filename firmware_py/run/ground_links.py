@@ -17,6 +17,7 @@ from firmware_py.mavlink.node import STATE_FILES, SharedState
 from firmware_py.ports import Ground
 from firmware_py.reconfiguration import node_settings
 from firmware_py.run import kept_navigation, kept_passport, kept_plans
+from firmware_py.run.terminal import say
 from firmware_py.run.usage_error import UsageError
 
 
@@ -43,7 +44,7 @@ class Stations(NamedTuple):
             _refuse_earlier_state(folder / "state")
         if self.ground.links:
             self.ground.offer_logs(folder, beside=beside or folder.parent == Path("runs"))
-        self.ground.save_changes_in(state or folder / "state")
+        self.ground.save_changes_in(state or folder / "state", lambda sentence: say(f"sternplane: {sentence}"))
 
 
 def _refuse_earlier_state(folder: Path) -> None:

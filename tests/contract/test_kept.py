@@ -97,9 +97,10 @@ def test_what_sticks_ask_for_changes_at_once(station, vehicle) -> None:
     assert pushed() == pytest.approx(before / 2)
 
 
-def test_a_change_that_the_disk_refuses_is_said_to_the_stations(station, vehicle, tmp_path: Path) -> None:
+def test_a_change_that_the_disk_refuses_is_said_to_the_stations_and_aboard(station, vehicle, tmp_path: Path) -> None:
     (tmp_path / f"{STATE_FILES[0]}.new").mkdir()
-    vehicle.ground.save_changes_in(tmp_path)
+    aboard: list[str] = []
+    vehicle.ground.save_changes_in(tmp_path, aboard.append)
     change(station, vehicle, GAIN, 0.25)
     said = ""
     while "cannot be written" not in said:
@@ -107,6 +108,7 @@ def test_a_change_that_the_disk_refuses_is_said_to_the_stations(station, vehicle
         text = station.recv_match(type="STATUSTEXT", blocking=True, timeout=0.01)
         said += text.text if text is not None and text.severity == mavutil.mavlink.MAV_SEVERITY_CRITICAL else ""
     assert not (tmp_path / STATE_FILES[0]).exists()
+    assert aboard == [f"{tmp_path / STATE_FILES[0]}: cannot be written (Is a directory)"]
 
 
 def test_a_folder_that_cannot_be_is_refused_before_the_flight(vehicle, tmp_path: Path) -> None:

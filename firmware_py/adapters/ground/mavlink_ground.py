@@ -79,6 +79,7 @@ class MavlinkGround:
         configurations = [link.configuration for link in self.links]
         self.node = Node(settings, vehicle, configurations, state)
         self._state_store: StateStore | None = None
+        self._say_aboard: Callable[[str], None] | None = None
         self._log_store: DiskLogStorage | None = None
 
     def read(self, tick: Tick) -> Order:
@@ -114,13 +115,17 @@ class MavlinkGround:
         """Return the links that were not there at the start."""
         return [link for link in self.links if isinstance(link, AwaitedLink)]
 
-    def save_changes_in(self, folder: Path) -> None:
+    def save_changes_in(self, folder: Path, say: Callable[[str], None] | None = None) -> None:
         """Save what stations change, and what `save` is given, in a folder, for the next start.
+
+        Args:
+            folder: is made if it is missing.
+            say: is told what cannot be written, as stations are.
 
         Raises:
             StateStoreError: it cannot be written.
         """
-        self._state_store = StateStore(folder)
+        self._state_store, self._say_aboard = StateStore(folder), say
 
     def save(self, name: str, content: bytes) -> None:
         """Save a file for the next start, after `save_changes_in`; return at once."""
@@ -148,6 +153,8 @@ class MavlinkGround:
         if tick.every(Rate.HZ_1):
             for error in store.errors():
                 self.say(error, dialect.MAV_SEVERITY_CRITICAL)
+                if self._say_aboard:
+                    self._say_aboard(error)
 
     def close(self) -> None:
         """Close every link after everything is saved."""

@@ -71,7 +71,7 @@ class StateStore:
                 self._queued.clear()
 
     def errors(self) -> list[str]:
-        """Return what could not be written since the last call, one sentence each."""
+        """Return which files cannot be written since the last call, and which are again, one sentence each."""
         return self._child.said(_ERRORS_READ)
 
     def close(self) -> None:
@@ -95,6 +95,7 @@ def _serve(folder: Path) -> None:
     """Run the child: write the newest content of each name received, until the pipe is closed."""
     os.nice(_NICENESS)
     received = bytearray()
+    refused: dict[str, str] = {}
     ended = False
     while not ended:
         newest: dict[str, bytes] = {}
@@ -106,11 +107,21 @@ def _serve(folder: Path) -> None:
                 ended = True
                 break
         for name, content in newest.items():
-            try:
-                write_atomically(folder / name, content)
-            except OSError as error:
+            why = _written(folder / name, content)
+            if why != refused.get(name, ""):  # navigation comes every few seconds: said once
+                said = f"cannot be written ({why})" if why else "is written again"
                 with contextlib.suppress(OSError):
-                    os.write(1, f"{folder / name}: cannot be written ({error.strerror})\n".encode())
+                    os.write(1, f"{folder / name}: {said}\n".encode())
+            refused[name] = why
+
+
+def _written(path: Path, content: bytes) -> str:
+    """Write a file, and return why it cannot be; "" where it was."""
+    try:
+        write_atomically(path, content)
+    except OSError as error:
+        return error.strerror or type(error).__name__
+    return ""
 
 
 def _take_complete(received: bytearray) -> dict[str, bytes]:
