@@ -138,7 +138,7 @@ class Cause(enum.IntEnum):
     HEADING_SUSPECT = 54
     WEIGHT_GONE = 55
     SUNK = 57  # depth, m
-    RULES_OFF = 58  # names: keys of what is switched off
+    RULES_OFF = 58  # names: keys and values under which it is not brought up
     RESTARTED = 56  # depth, m; `Mode` in which the program ended before; time since, s
     STARTED_UNDER_WATER = 59  # depth, m; NaN is not known
     # Why disarming is refused.

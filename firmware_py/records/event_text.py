@@ -128,7 +128,7 @@ def _cause(event: Event, skip: int = 0) -> str:
     if cause in _ACTUATORS:
         return _fault(event, numbers[0])
     if cause is Cause.RULES_OFF:
-        return f"switched off, so that it is not brought up: {', '.join(event.names)}"
+        return f"set so that it is not brought up: {', '.join(event.names)}"
     if cause is Cause.RESTARTED:
         mode = Mode(int(numbers[1])).name
         where = "where the depth is not known" if math.isnan(numbers[0]) else f"{numbers[0]:.1f} m under water"

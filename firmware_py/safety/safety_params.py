@@ -191,11 +191,11 @@ class SafetyParams:
     actuators: ActuatorParams = table(ActuatorParams, mav="ACT_")
 
 
-def switched_off(params: Any, table: str = "safety.") -> Iterator[str]:
-    """Yield the keys of actions that are "none", where the rule would bring the vehicle up unless told otherwise."""
+def left_below(params: Any, table: str = "safety.") -> Iterator[str]:
+    """Yield the actions that are "none" or "warn" where, unless told otherwise, the rule brings the vehicle up."""
     for field in fields(params):
         value = getattr(params, field.name)
         if is_dataclass(value):
-            yield from switched_off(value, f"{table}{field.name}.")
-        elif value is Action.NONE and field.default in _UP:
-            yield f"{table}{field.name}"
+            yield from left_below(value, f"{table}{field.name}.")
+        elif isinstance(value, Action) and value <= Action.WARN and field.default in _UP:
+            yield f"{table}{field.name} = {value.name.lower()}"

@@ -37,7 +37,7 @@ from firmware_py.safety.look_ahead import too_low
 from firmware_py.safety.mode_orders import DISARMS, mode_chosen, mode_ordered, without_disarming
 from firmware_py.safety.plane_jam import Planes
 from firmware_py.safety.rules import Reason, SafetyParams
-from firmware_py.safety.safety_params import switched_off
+from firmware_py.safety.safety_params import left_below
 from firmware_py.safety.start import NOT_ARMED, KeptMode, Start
 from firmware_py.safety.supervisor_memory import SupervisorMemory, VehicleFin, beginning
 from firmware_py.tick import NS_PER_S, Rate, Tick
@@ -79,7 +79,7 @@ class Supervisor:
         self._ascent = Ascent(params, drop_weight, surface_speed)
         self._planes = Planes([fin.s for fin in fins], [fin.limit for fin in fins], params.actuators.timeout)
         self._enforcement = Enforcement(params)
-        self._off = tuple(switched_off(params)) + (() if integrity else ("estimation.integrity.enabled",))
+        self._off = tuple(left_below(params)) + (() if integrity else ("estimation.integrity.enabled = false",))
         self._memory = beginning(self._sound)
         self.events = ()
 

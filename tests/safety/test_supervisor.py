@@ -525,16 +525,17 @@ def test_parameters_come_back_from_their_table() -> None:
     assert load(SafetyParams, dump(PARAMS), "test") == PARAMS
 
 
-def test_arming_names_the_rules_that_are_switched_off_and_would_bring_it_up() -> None:
+def test_arming_names_what_would_bring_it_up_and_is_set_otherwise() -> None:
     off = replace(
         PARAMS,
         attitude_action=Action.NONE,
         energy_action=Action.NONE,  # it only warns
-        station=replace(PARAMS.station, hold_action=Action.NONE),
+        leak_action=Action.RETURN,  # that ends at the surface
+        station=replace(PARAMS.station, hold_action=Action.WARN),
     )
     vehicle = SupervisedVehicle(off)
     vehicle.tick(ARM)
     assert set(vehicle.events) == {
         "DISARMED -> MANUAL: ordered",
-        "switched off, so that it is not brought up: safety.attitude_action, safety.station.hold_action",
+        "set so that it is not brought up: safety.attitude_action = none, safety.station.hold_action = warn",
     }

@@ -125,4 +125,5 @@ def test_a_changed_parameter_that_safety_rests_on_is_told_with_both_values_and_o
     )
     parts.supervisor.update(Tick(0, 10_000_000), frame, STATE, sound(4), Order(arming=Arming.CHECK), False)
     said = texts(parts.supervisor.events)
-    assert said[-1] == "switched off, so that it is not brought up: safety.ahrs_action, estimation.integrity.enabled"
+    off = "safety.ahrs_action = none, estimation.integrity.enabled = false"
+    assert said[-1] == f"set so that it is not brought up: {off}"
