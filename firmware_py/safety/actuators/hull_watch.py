@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from firmware_py.marine import clip
 from firmware_py.records.adoption import Adopted
@@ -61,7 +62,7 @@ class HullWatch:
         self._left = [watch(params.evidence, one, PERIOD) for one in eddies]
         self._stuck = [StuckWatch(params.evidence, one, PERIOD) for one in eddies]
         self._heaved, self._flow, self._attitude = heaved_axis(vehicle), CrossFlow(PERIOD), AttitudeWitness()
-        self._sums, self._speeds, self._sound = [(0.0, 0), (0.0, 0)], [math.nan, math.nan], True
+        self._sums, self._speeds = [(0.0, 0), (0.0, 0)], [math.nan, math.nan]
         self._angles = [FinAngles(params, len(vehicle.fins)) for _ in eddies]  # fins of an X tail act on both axes
 
     def update(
@@ -77,10 +78,9 @@ class HullWatch:
         """Take what one tick tells; return whether the fault of an axis is another one now.
 
         `water` is what speed and current may be (`ThrustWatch.water`): fins are held to the least speed of them.
-        `adopted` says what held so far, by which they are judged; None: vehicle.toml does. What is wrong with the
-        `propeller` is wrong with what was learned of fins in its race.
+        `adopted` says what held so far, by which they are judged; None: vehicle.toml does. What was learned speaks of
+        fins only if sensors taught it that are believed, behind a `propeller` with nothing wrong.
         """
-        self._sound = propeller is ActuatorFault.NONE
         ahrs, sums = frame.ahrs, self._sums
         if ahrs.fresh and ahrs.ok:
             (q, i), (r, j) = sums
@@ -92,9 +92,13 @@ class HullWatch:
         axis = int(tick.k % steps != 0)
         if axis and tick.k % steps != steps // 2:
             return False
-        changed = self._judge(axis, tick, frame, applied, state, water, adopted)
+        speaks = self._attitude.speaks(tick.t, frame, state)
+        believed = speaks and state.sensors.dvl.state is not SourceState.SUSPECT
+        if adopted and any(adopted.halved) and not (believed and propeller is ActuatorFault.NONE):
+            adopted = replace(adopted, halved=(False, False))
+        changed = self._judge(axis, tick, frame, applied, state, water, adopted, speaks)
         if steps == 1:
-            changed |= self._judge(1, tick, frame, applied, state, water, adopted)
+            changed |= self._judge(1, tick, frame, applied, state, water, adopted, speaks)
         return changed
 
     def fault(self, fin: int) -> ActuatorFault:
@@ -151,17 +155,15 @@ class HullWatch:
             for watch in (self._axes[axis], self._left[axis], self._stuck[axis]):
                 watch.design(self._reference.eddies[axis])
 
-    def _follow(self, axis: int, adopted: Adopted, taught: bool) -> bool:
+    def _follow(self, axis: int, adopted: Adopted) -> bool:
         """Judge an axis by what held in adoption; return whether it can be judged.
-
-        What is learned speaks of fins only if it was `taught` by sensors that are believed, behind a sound propeller.
 
         While fins are at fault, also by adoption, what held before does, or a fault would become what is usual. Where
         nothing held and the motion refutes vehicle.toml only fins that do hardly anything by what is learned are named.
         """
         watch, left, stuck = self._axes[axis], self._left[axis], self._stuck[axis]
         held = (adopted.held_diving, adopted.held_steering)[axis]
-        if taught and adopted.halved[axis] and self._fault(axis) is ActuatorFault.NONE:
+        if adopted.halved[axis] and self._fault(axis) is ActuatorFault.NONE:
             self._refer(axis, held)
             watch.begin(_HELD_STD)
             left.begin(_LEFT[ActuatorFault.WEAK])
@@ -193,12 +195,11 @@ class HullWatch:
         state: StateEstimate,
         water: tuple[WaterSpeed, ...],
         adopted: Adopted | None,
+        speaks: bool,
     ) -> bool:
         """Take one step of an axis; return whether its fault, or a fin that stays, is another one now."""
         t, was, stuck = tick.t, self._fault(axis), self._stuck[axis]
-        speaks = self._attitude.speaks(t, frame, state)
-        taught = speaks and self._sound and state.sensors.dvl.state is not SourceState.SUSPECT
-        known = adopted is None or self._follow(axis, adopted, taught)
+        known = adopted is None or self._follow(axis, adopted)
         total, count = self._sums[axis]
         self._sums[axis] = (0.0, 0)
         told, mute = self._angles[axis].update(self._fins[axis], t, frame, applied, PERIOD)
