@@ -89,7 +89,7 @@ class HighLatency:
             (dialect.HL_FAILURE_FLAG_TERRAIN, not math.isfinite(state.altitude)),
             (
                 dialect.HL_FAILURE_FLAG_BATTERY,
-                frame.battery.value.remaining < _CHARGE_LOW or not frame.battery.usable(cycle.tick.t, _RECENT),
+                not (battery_now(cycle).remaining >= _CHARGE_LOW and state.sensors.battery.believed),
             ),
             (dialect.HL_FAILURE_FLAG_ENGINE, not (cycle.actuators.faultless and fins_heard)),
             (dialect.HL_FAILURE_FLAG_ESTIMATOR, not (state.attitude_ok and state.velocity_ok)),

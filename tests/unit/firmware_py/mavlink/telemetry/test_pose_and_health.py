@@ -181,6 +181,21 @@ def test_a_battery_whose_monitor_is_silent_or_not_sound_is_unknown(t_valid: floa
         assert bool(short.failure_flags & mavlink.HL_FAILURE_FLAG_BATTERY) is not known
 
 
+@pytest.mark.parametrize(("remaining", "believed", "failed"), [
+    (0.8, True, False), (0.15, True, True), (math.nan, True, True), (0.8, False, True),
+])  # fmt: skip
+def test_a_charge_that_is_low_unknown_or_not_believed_is_a_failure_on_an_acoustic_link(
+    remaining: float, believed: bool, failed: bool
+) -> None:
+    one = cycle(sensors=dataclasses.replace(frame(), battery=heard(Battery(48.0, 3.0, remaining))))
+    if not believed:
+        sensors = one.state.sensors._replace(battery=SourceHealth(SourceState.SUSPECT, SourceFault.FROZEN))
+        one = dataclasses.replace(one, state=dataclasses.replace(one.state, sensors=sensors))
+    vehicle = node(configurations=[LinkConfiguration(Identity.ARDUSUB, high_latency=True)])
+    (short,) = parse(vehicle.report(one)[0])
+    assert bool(short.failure_flags & mavlink.HL_FAILURE_FLAG_BATTERY) is failed
+
+
 def test_what_was_never_heard_is_unknown() -> None:
     said = told(sensors=silence(4))
     status = said["SYS_STATUS"]
