@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from firmware_py.control.lost_effect import Effect, halved, surest, whole_again, with_share
+from firmware_py.control.lost_effect import Effect, beyond, halved, surest, whole_again, with_share
 from firmware_py.control.model_evidence import EvidenceMemory
 from firmware_py.records.adoption import Refusal, Source
 
@@ -73,8 +73,11 @@ def compared(m: AxisMemory, names: Sequence[str], file: Values, now: Effect) -> 
     """Return what is remembered once what fins do by valid values is compared with the most that they did.
 
     Where half of it is gone, the good values become those of before. It may have been a sensor that lied, which teaches
-    the filter the same: where the fins do as much as ever nothing is gone.
+    the filter the same: where the fins do as much as ever nothing is gone. Nor is it where they seemed to do twice as
+    much as what was proven, as a filter has it for seconds that begins anew because fins of the other axis were lost.
     """
+    if m.proven and beyond(m.proven[-1] / file[-1], now):
+        return m
     if m.good and not m.halved and halved(m.whole, now):
         sound = with_share(names, m.good[0], m.whole.share * file[-1] / m.good[0][-1])
         m = m._replace(good=(sound,), halved=True)

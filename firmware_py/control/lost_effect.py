@@ -31,6 +31,11 @@ def halved(whole: Effect, now: Effect) -> bool:
     return now.share < _PART * whole.share - _SIGMA * math.hypot(_PART * whole.std, now.std)
 
 
+def beyond(proven: float, now: Effect) -> bool:
+    """Return whether fins seem to do more than they can, beside the share that was proven: the filter errs."""
+    return _PART * now.share > proven
+
+
 def whole_again(whole: Effect, now: Effect) -> bool:
     """Return whether fins do surely more than half of what they did: by 3 sigma of both."""
     return now.share > _PART * whole.share + _SIGMA * math.hypot(_PART * whole.std, now.std)

@@ -555,6 +555,15 @@ def test_fins_that_do_as_much_as_ever_once_more_were_never_halved() -> None:
     assert again.held_diving[-1] == pytest.approx(FILE["M_ds"])
 
 
+def test_fins_that_seemed_to_do_twice_what_was_proven_have_lost_nothing_once_they_do_that_again() -> None:
+    """A filter that begins anew because the rudders were lost was wrong about the planes for two seconds, by valid."""
+    flown = AdoptingVehicle()
+    flown.fly(50.0, learned(0.05))
+    flown.fly(2.0, learned(0.05, M_ds=1.9))
+    assert flown.fly(10.0, learned(0.05)).halved == (False, False)
+    assert flown.fly(0.2, learned(0.05, M_ds=0.5)).halved == (True, False)
+
+
 def test_half_that_is_not_valid_or_not_sure_or_of_a_fin_that_is_nobody_knows_where_is_none() -> None:
     for std, valid, held in ((0.15, True, False), (SURE, False, False), (SURE, True, True)):
         flown = AdoptingVehicle()
