@@ -13,7 +13,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 from firmware_py.records.sensing import Battery, Heard
 from firmware_py.wire.dronecan import equipment_messages as eq
 
-VALID_RANGE = 1
+VALID_RANGE, TOO_CLOSE = 1, 2
 SLOW_S = 3.0
 """A battery or hygrometer that was not heard for longer than this, s, is left out; they report about once a second."""
 ALTIMETER_S = 1.0
@@ -69,7 +69,7 @@ def batteries() -> WorstOfSeveral[eq.BatteryInfo]:
 
 
 def altimeters() -> WorstOfSeveral[eq.RangeMeasurement]:
-    """Return what hears the altimeter that is nearest to the bottom."""
+    """Return what hears the altimeter that is nearest to the bottom; no altitude is told while that is too near."""
     return WorstOfSeveral(_range, ALTIMETER_S)
 
 
@@ -88,4 +88,5 @@ def _battery(message: eq.BatteryInfo, t: float) -> Measured:
 
 def _range(message: eq.RangeMeasurement, t: float) -> Measured:
     ok = message.reading_type == VALID_RANGE and math.isfinite(message.range)
-    return Measured(message.sensor_id, -message.range if ok else -math.inf, Heard(message.range, t, True, ok))
+    badness = -message.range if ok else math.inf if message.reading_type == TOO_CLOSE else -math.inf
+    return Measured(message.sensor_id, badness, Heard(message.range, t, True, ok))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from firmware_py.adapters.drivers.dronecan.worst_of_several import SLOW_S, batteries, hygrometers
-from firmware_py.wire.dronecan.equipment_messages import BatteryInfo, Hygrometer
+from firmware_py.adapters.drivers.dronecan.worst_of_several import SLOW_S, altimeters, batteries, hygrometers
+from firmware_py.wire.dronecan.equipment_messages import BatteryInfo, Hygrometer, RangeMeasurement
 
 
 def wet(percent: float, which: int) -> Hygrometer:
@@ -14,6 +14,10 @@ def wet(percent: float, which: int) -> Hygrometer:
 
 def pack(charge: int, which: int, voltage: float = 48.0) -> BatteryInfo:
     return BatteryInfo(300.0, voltage, 3.0, 0.0, 0.0, 0.0, 0.0, 0, 100, charge, 0, which, 0, b"")
+
+
+def distance(metres: float, which: int, reading: int = 1) -> RangeMeasurement:
+    return RangeMeasurement(0, which, None, 0.1, 1, reading, metres)  # type: ignore[arg-type]
 
 
 def test_one_sensor_is_heard_always() -> None:
@@ -52,3 +56,11 @@ def test_what_is_not_believed_is_told_on_and_hides_no_other() -> None:
     assert several.hear(wet(90.0, 1), 0.0, True) is not None
     assert several.hear(wet(100.0, 0), 0.1, False) is not None
     assert several.hear(wet(50.0, 1), 0.2, True) is not None
+
+
+def test_an_altimeter_that_is_too_near_to_the_bottom_is_not_replaced_by_one_that_is_far_from_it() -> None:
+    several, too_close = altimeters(), 2
+    sent = [distance(0.5, 0), distance(20.0, 1), distance(0.2, 0, too_close), distance(20.0, 1), distance(0.6, 0)]
+    heard = [several.hear(one, 0.1 * i, True) for i, one in enumerate(sent)]
+    told = [one and (one.value, one.ok) for one in heard]
+    assert told == [(0.5, True), None, (0.2, False), None, (0.6, True)]
