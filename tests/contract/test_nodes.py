@@ -209,6 +209,29 @@ def test_another_device_under_the_id_is_not_believed_until_the_first_one_is_back
         assert (frame.replaced, frame.restarted, frame.pressure.ok) == (0, bit, True)
 
 
+def test_after_a_silence_another_device_is_asked_though_its_uptime_is_greater() -> None:
+    with Vehicle() as vehicle:
+        device = Device(vehicle, "pressure", ONE)
+        device.live(0, 100)
+        device.unique_id = OTHER
+        frame = device.live(140, 160)[-1]
+        assert (frame.replaced, frame.restarted, frame.pressure.ok) == (node_bit("pressure"), 0, False)
+        device.unique_id = ONE
+        frame = device.live(200, 220)[-1]
+        assert (frame.replaced, frame.restarted, frame.pressure.ok) == (0, 0, True)
+        assert device.asked == 3
+
+
+def test_a_flood_of_requests_does_not_keep_a_device_from_being_asked() -> None:
+    with Vehicle() as vehicle:
+        tool, device = vehicle.node(126), Device(vehicle, "pressure", ONE)
+        for k in range(20):
+            tool.send(dronecan.uavcan.protocol.GetNodeInfo.Request(), to=OWN)
+            tool.send(dronecan.uavcan.protocol.GetNodeInfo.Request(), to=OWN)
+            device.live(k, k + 1)
+        assert device.asked == 1
+
+
 def test_a_device_that_never_answers_is_asked_three_times_and_counts_as_restarted() -> None:
     with Vehicle() as vehicle:
         device = Device(vehicle, "pressure", ONE, answers=False)

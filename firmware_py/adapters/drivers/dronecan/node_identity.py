@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
+SILENT_S = 3.0
+"""Who was not heard for longer, s, may have been replaced (OFFLINE_TIMEOUT of DroneCAN's NodeStatus)."""
 _TRIES, _RETRY = 3, 1.0
 """So many requests, this far apart, s, go to a node that does not answer."""
 
 
 class NodeIdentities:
-    """Asks each node for its 16-byte unique id when it is first heard, and again when its uptime went back.
+    """Asks each node for its 16-byte unique id when it is first heard, and again after silence or a restart.
 
     Who answers with the id that was heard first has restarted; so has, as far as can be told, who does not answer.
     Another id is another device.
@@ -21,14 +25,15 @@ class NodeIdentities:
         self._restarted: dict[int, float] = {}
         self._wanted: dict[int, tuple[float, int]] = {}
         self._began_anew: set[int] = set()
-        self._seen: set[int] = set()
+        self._t_heard: dict[int, float] = {}
 
     def hear_status(self, node_id: int, went_back: bool, t: float) -> None:
         """Take note of a NodeStatus; `went_back` says that its uptime is less than before."""
+        silent = t - self._t_heard.get(node_id, -math.inf) > SILENT_S
+        self._t_heard[node_id] = t
         if went_back:
             self._began_anew.add(node_id)
-        if went_back or node_id not in self._seen:
-            self._seen.add(node_id)
+        if went_back or silent:
             self._wanted[node_id] = t, _TRIES
 
     def next_request(self, t: float) -> int | None:

@@ -64,7 +64,7 @@ class OwnNode:
         own = io.can.node_id, io.can.plant_id
         self._allocator = Allocator(own, io.device_ids, kept.table, kept.changed) if io.network.allocate else None
         self._asked: list[tuple[Allocation, float]] = []
-        self._told_other = False
+        self._told_other = self._asked_last = False
         allocation = (m.ALLOCATION,) if self._allocator else ()
         self.wanted = (*SERVICES, *HEARD, m.GLOBAL_TIME_SYNC, *allocation)
         """What `hear` takes."""
@@ -118,10 +118,13 @@ class OwnNode:
         self._armed = armed
         if self._time:
             self._time.begun(tick)
-        if self._services.waiting:  # one answer a tick: requests do not delay the commands
-            self._bus.send(self._services.answer(status(tick), stats))
-        elif (node_id := self._monitor.next_request(tick.t)) is not None:
+        asks = not (self._services.waiting and self._asked_last)  # in turns: no flood keeps it from asking
+        node_id = self._monitor.next_request(tick.t) if asks else None
+        self._asked_last = node_id is not None
+        if node_id is not None:
             self._bus.send(self._sender.send(m.GET_NODE_INFO, GetNodeInfoRequest(), destination=node_id))
+        elif self._services.waiting:  # one answer a tick: requests do not delay the commands
+            self._bus.send(self._services.answer(status(tick), stats))
         if self._allocator and (self._asked or tick.every(Rate.HZ_1)):
             self._allocate(self._allocator, tick.t)
 
