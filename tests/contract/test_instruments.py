@@ -148,6 +148,8 @@ def test_accuracy_of_a_receiver_is_what_it_tells_last_or_by_its_dilution():
     assert (first.heard.value.std, second.heard.value.std) == (pytest.approx(4.5), pytest.approx(3.0))
     [_, old] = heard("nmea_receiver", after, nmea_receiver.position(fix, 600.0))
     assert old.heard.value.std == pytest.approx(4.5)
+    [best] = heard("nmea_receiver", nmea_receiver.accuracy(1e-4, 10.0) + nmea_receiver.position(fix, 10.0))
+    assert best.heard.value.std == 0.1
 
 
 def test_one_fix_in_two_sentences_is_one_and_rmc_none():

@@ -14,7 +14,12 @@ LEAST_STD = 0.1
 
 def of_dilution(dilution: float) -> float:
     """Return 1 sigma of each axis, m, from a horizontal or greater dilution; NaN where it is not known."""
-    return dilution * RANGE_STD if 0.0 < dilution < math.inf else math.nan
+    return at_least(dilution * RANGE_STD) if 0.0 < dilution < math.inf else math.nan
+
+
+def at_least(std: float) -> float:
+    """Return 1 sigma, m, no better than a fix can be; NaN and what is not positive as it is."""
+    return max(std, LEAST_STD) if std > 0.0 else std
 
 
 def of_variance(variance: float, dilution: float) -> float:
@@ -25,6 +30,6 @@ def of_variance(variance: float, dilution: float) -> float:
     if variance < 0.0:
         return math.nan
     if variance > 0.0:
-        return max(math.sqrt(variance), LEAST_STD)
+        return at_least(math.sqrt(variance))
     std = of_dilution(dilution)
     return UNKNOWN_STD if math.isnan(std) else std

@@ -31,8 +31,12 @@ def refuse_port(key: str, port: str) -> None:
     """Refuse the name of a line that would be waited for as a serial device that never comes.
 
     Raises:
-        ParamError: the name of a TCP port in another form, or a URL.
+        ParamError: the name of a TCP port in another form, a URL, or no name.
     """
+    if port != port.strip() or not port.isprintable():
+        raise ParamError(f"{key}port = {quoted(port)}: must be a name without blanks around it")
+    if (found := re.match(r"(?i)(tcp|i2c):", port)) and not found[0].islower():
+        raise ParamError(f"{key}port = {quoted(port)}: write {found[0].lower()} in small letters")
     if _HOST_PORT.fullmatch(port):
         raise ParamError(f"{key}port = {quoted(port)}: of a TCP port write tcp:{port}")
     if "://" in port:

@@ -57,7 +57,7 @@ class Fixes:
     def _std(self, position: Position) -> float:
         sigma = self._sigma
         if sigma is not None and (position.time - sigma.time) % DAY <= SIGMA_AGE:
-            return math.hypot(sigma.north, sigma.east) * math.sqrt(0.5)
+            return fix_accuracy.at_least(math.hypot(sigma.north, sigma.east) * math.sqrt(0.5))
         return fix_accuracy.of_dilution(position.hdop)
 
 

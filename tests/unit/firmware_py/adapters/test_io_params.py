@@ -64,6 +64,9 @@ def test_devices_of_a_role_are_in_the_order_of_their_priority_however_they_are_w
     [
         ([LINE | {"driver": "watrlink"}], "instruments[0]: driver = 'watrlink' is unknown; did you mean waterlink?"),
         ([LINE | {"port": "127.0.0.1:16171"}], "of a TCP port write tcp:127.0.0.1:16171"),
+        ([LINE | {"port": "TCP:127.0.0.1:16171"}], "write tcp: in small letters"),
+        ([LINE | {"port": " /dev/ttyUSB0"}], "must be a name without blanks around it"),
+        ([LINE | {"port": "\n"}], "must be a name without blanks around it"),
         ([{"driver": "waterlink"}], 'instruments[0]: driver "waterlink" needs the port of the device, port = NAME'),
         ([LINE | {"node": 3}], 'instruments[0]: driver "waterlink" needs the port of the device, port = NAME, and no'),
         ([{"driver": "dronecan", "node": 3}], "instruments[0]: role = '': must be what the node measures: ahrs, pre"),
