@@ -31,7 +31,7 @@ CAUSES: Mapping[Cause, str] = {
     Cause.STICKS_LOST: "no sticks heard for {0:g} s",
     Cause.MISSION_DONE: "mission done",
     Cause.RETURN_DONE: "return done",
-    Cause.FINS_NOT_HEARD: "not every fin heard within {0:g} s",
+    Cause.FINS_NOT_HEARD: "not every fin heard within {0:g} s (fin_needed)",
     Cause.DISARMED: "disarmed; arm first",
     Cause.NOTHING_TO_END: "disarmed, and not under water",
     Cause.SURFACING: "surfacing, which only disarming ends",

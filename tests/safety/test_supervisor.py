@@ -206,7 +206,7 @@ def test_events_name_the_station_that_ordered_or_was_refused() -> None:
     assert vehicle.tick(Order(mode=Mode.HOLD, asker=two)) is Mode.DISARMED
     assert vehicle.events == ("HOLD chosen by station 254/1; arming begins it",)
     vehicle.tick(replace(ARM, asker=one), frame={"fins": (old(1.1, 0.1, vehicle.k),) * 4})
-    assert vehicle.events == ("arming refused to station 255/190: not every fin heard within 1 s",)
+    assert vehicle.events == ("arming refused to station 255/190: not every fin heard within 1 s (fin_needed)",)
     vehicle.tick(replace(ARM, asker=one))
     assert vehicle.events == ("DISARMED -> HOLD: ordered by station 255/190",)
     vehicle.tick(Order(mode=Mode.MISSION, asker=two))

@@ -6,6 +6,7 @@ import contextlib
 import io
 import json
 import os
+import shutil
 import signal
 import threading
 import time
@@ -101,6 +102,7 @@ def test_what_is_missing_is_named_with_its_remedy(plant: Plant) -> None:
     assert "sends no uavcan.equipment.range_sensor.Measurement" in told["altitude"]
     assert "node 25 (org.sternplane.sim.altimeter): is that it?" in told["altitude"]
     assert "reports the numbers 0, 1, 2, 3, and not 4" in told["fin rudder_lower"]
+    assert "need fin_needed = false in [safety]" in told["fin rudder_lower"]
     assert "there is no such device" in told["dvl"]
     assert "24 (org.sternplane.sim.pressure)" in told[f"nodes heard on {plant.bus.partition(':')[0]}"]
     roles = {one["role"]: one for one in found["roles"]}
@@ -123,10 +125,23 @@ def test_two_ids_that_are_swapped_are_named(plant: Plant) -> None:
     assert pressure.endswith(": swapped?")
 
 
+def test_fins_that_report_nothing_are_left_out_by_name_or_where_arming_does_not_wait_for_them(plant: Plant) -> None:
+    file, config = plant.folder / "others.toml", plant.folder / "config"
+    names = ("stern_port", "stern_starboard", "rudder_upper", "rudder_lower")
+    tables = "".join(f'[[fins]]\nname = "{name}"\nid = {i}\n' for i, name in enumerate(names, 1))
+    file.write_text(SITL.read_text() + tables)
+    shutil.copytree(SITL.parent, config)
+    settings = config / "autopilot.toml"
+    settings.write_text(settings.read_text().replace("[safety]", "[safety]\nfin_needed = false"))
+    for words in (("--without", "fin rudder_lower, fix"), ("--config", config)):
+        found = checked(plant, "--dvl", plant.dvl, *words, file=file)
+        assert [one["state"] for one in found["roles"] if one["role"] == "fin rudder_lower"] == ["silent"]
+
+
 def test_a_role_that_does_not_exist_cannot_be_left_out(plant: Plant) -> None:
     done = called("io", "check", SITL, "--bus", plant.bus, "--without", "sonar", cwd=plant.folder)
     assert done.returncode == 2
-    assert done.stderr.startswith("sternplane: --without sonar: is no role; there are ")
+    assert done.stderr.startswith("sternplane: --without sonar: is no role; there are (write commas between) ahrs, ")
 
 
 def test_the_monitor_names_each_node_with_what_it_sends_and_how_often(plant: Plant) -> None:

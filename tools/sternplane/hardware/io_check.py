@@ -123,11 +123,14 @@ def command(options: argparse.Namespace) -> int:
     io = load(IoParams, read_toml(options.io), str(options.io))
     io = at_desk(io, options.lines) if options.lines else io
     configuration = config_files.read_configuration(options.config)
-    fins, rate = config_files.vehicle(configuration).fins, config_files.autopilot_params(configuration).rate
-    spec, out = options.bus or io.can.bus, console()
-    ports, without = places_of(io, spec, options.dvl), options.without.replace(",", " ").split()
+    fins, params = config_files.vehicle(configuration).fins, config_files.autopilot_params(configuration)
+    rate, spec, out = params.rate, options.bus or io.can.bus, console()
+    ports = places_of(io, spec, options.dvl)
+    without = [role.strip() for role in options.without.split(",") if role.strip()]
     known = places_by_role(io, fins, spec, ports)
     _refuse_unknown(without, known)
+    if not params.safety.fin_needed:
+        without += [role for role in known if role.startswith("fin ")]
     check = Check([fin.name for fin in fins], known, io.can.node_id, without)
     with fitted_vehicle(io, fins, spec, check.see, ports) as vehicle:
         with interruptible() as interrupted, live(out, lambda: [check.sheet(vehicle)], not options.json) as draw:
@@ -159,4 +162,4 @@ def _of(device: str, losses: Mapping[str, int]) -> dict[str, int]:
 def _refuse_unknown(without: Sequence[str], known: Mapping[str, Any]) -> None:
     for role in without:
         if role not in known:
-            raise UsageError(f"--without {role}: is no role; there are {', '.join(known)}")
+            raise UsageError(f"--without {role}: is no role; there are (write commas between) {', '.join(known)}")

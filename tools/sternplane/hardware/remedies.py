@@ -22,6 +22,8 @@ _NOT_OK = {
 }
 _FIN_NOT_OK = "its angle is not a number: the servo does not know where it is, and needs feedback to be switched on"
 
+_NO_REPORTS = "Servos that report no angle need fin_needed = false in [safety] of autopilot.toml."
+
 
 class Remedies:
     """Says what is missing.
@@ -124,7 +126,8 @@ class Remedies:
         if state is State.LOST:
             return f"node {node} was heard, and is no longer: a loose contact, or its supply?"
         if place.node in self._nodes.t_heard:
-            return self._without(place, node)
+            why = self._without(place, node)
+            return f"{why} {_NO_REPORTS}" if role.startswith("fin ") else why
         question = f"Is it powered and on this bus, or has it another id ({place.key})?"
         return f"nothing heard of {place.device}. {question} {self._instead(place)}".rstrip()
 

@@ -78,7 +78,8 @@ def test_a_refusal_is_told_with_its_reasons_before_the_answer() -> None:
     vehicle.step()
     said = [m for m in station.messages if m.get_type() in ("STATUSTEXT", "COMMAND_ACK")]
     assert [m.get_type() for m in said] == ["STATUSTEXT", "STATUSTEXT", "COMMAND_ACK"]
-    assert said[0].text + said[1].text == "arming refused: not every fin heard within 1 s; battery at 5%, needs 20%"
+    text = said[0].text + said[1].text
+    assert text == "arming refused: not every fin heard within 1 s (fin_needed); battery at 5%, needs 20%"
     assert said[0].severity == mavlink.MAV_SEVERITY_WARNING
     assert said[2].result == REJECTED
 
