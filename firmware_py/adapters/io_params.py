@@ -91,14 +91,14 @@ class IoParams:
         taken = {TOOL_ID: "that of bench tools"}
         own = {"can.node_id": self.can.node_id, "can.plant_id": self.can.plant_id}
         devices = {f"nodes.{name}": node_id for name, node_id in self.nodes.by_name.items()}
-        further = {device.key: device.node for device in self.devices if device.instrument and device.node}
+        further = {f"{device.key}.node": device.node for device in self.devices if device.instrument and device.node}
         for name, node_id in {**own, **devices, **further}.items():
             if node_id in taken:
                 raise ParamError(f"{name} = {node_id}: is {taken[node_id]} already; every node needs an id of its own")
             taken[node_id] = name
         for one in self.fins:  # several servos may share a node
             if one.node in taken and one.node != self.nodes.servo_hub:
-                name, other = f"fins: {one.name} = {one.node}", taken[one.node]
+                name, other = f"fins: {one.name}: node = {one.node}", taken[one.node]
                 raise ParamError(f"{name}: is {other} already; every node needs an id of its own")
         refuse_shared_ids(self.fins, self.nodes.servo_hub)
         ports = {line_of(self.dynamixel.port): "dynamixel"} if self.dynamixel.fins else {}

@@ -62,7 +62,7 @@ class NodeIds:
         for name, node_id in self.by_name.items():
             other = taken.setdefault(node_id, name)
             if other != name:
-                raise ParamError(f"{other} and {name} have the same node id {node_id}")
+                raise ParamError(f"{other} and {name} have the same node id {node_id}; each needs a node of its own")
 
     @property
     def by_name(self) -> dict[str, int]:

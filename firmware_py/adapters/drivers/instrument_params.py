@@ -79,7 +79,9 @@ class InstrumentParams:
             if self.role in _ACTUATORS:
                 raise ParamError(f"role = {quoted(self.role)}: is no sensor; an actuator has one driver, and no spare")
             if self.role not in NODE_OF:
-                raise ParamError(f"role = {quoted(self.role)}: must be what the node measures: {', '.join(NODE_OF)}")
+                meant = next((f"; did you mean {role}?" for role, node in NODE_OF.items() if node == self.role), "")
+                known = ", ".join(NODE_OF)
+                raise ParamError(f"role = {quoted(self.role)}: must be what the node measures: {known}{meant}")
             if not self.node or self.port:
                 raise ParamError(f'driver "{DRONECAN}" needs the node id of the device, node = ID, and no port')
             self._refuse_mounting()

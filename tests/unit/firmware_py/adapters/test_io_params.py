@@ -70,10 +70,11 @@ def test_devices_of_a_role_are_in_the_order_of_their_priority_however_they_are_w
         ([{"driver": "waterlink"}], 'instruments[0]: driver "waterlink" needs the port of the device, port = NAME'),
         ([LINE | {"node": 3}], 'instruments[0]: driver "waterlink" needs the port of the device, port = NAME, and no'),
         ([{"driver": "dronecan", "node": 3}], "instruments[0]: role = '': must be what the node measures: ahrs, pre"),
+        ([NODE | {"role": "altimeter"}], "node measures: ahrs, pressure, altitude, fix; did you mean altitude?"),
         ([NODE | {"port": "x"}], 'instruments[0]: driver "dronecan" needs the node id of the device, node = ID'),
         ([NODE], "instruments[0]: pressure has priority 1, as nodes.pressure has; give another, or list that node"),
         ([LINE, LINE], "instruments[1]: dvl has priority 1, as instruments[0] has; give another"),
-        ([NODE | {"priority": 2, "node": 23}], "instruments[0] = 23: is nodes.ahrs already; every node needs an id"),
+        ([NODE | {"priority": 2, "node": 23}], "instruments[0].node = 23: is nodes.ahrs already; every node needs"),
         ([LINE | {"priority": i} for i in range(1, 6)], "instruments: 5 devices measure dvl; 4 are the most"),
         ([CHIP, CHIP | {"port": "i2c:01", "priority": 3}], "instruments[1]: port = 'i2c:01': write i2c:1"),
         ([LINE | {"prt": "x"}], "instruments[0]: prt is unknown; did you mean port?"),
@@ -140,7 +141,7 @@ def test_two_drivers_of_one_actuator_are_refused_in_one_line(tables: dict[str, o
 
 def test_a_servo_has_not_the_id_of_bench_tools() -> None:
     fins = [{"name": "fin", "id": 1, "node": 126}]
-    with pytest.raises(ParamError, match="fins: fin = 126: is that of bench tools already"):
+    with pytest.raises(ParamError, match="fins: fin: node = 126: is that of bench tools already"):
         load(IoParams, TABLE | {"fins": fins}, "io.toml")
 
 
