@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import dronecan
 import pytest
@@ -337,16 +337,28 @@ class ParameterServer:
     def __init__(self, number: int, *, answers: bool = True) -> None:
         self._node = dronecan.make_node(f"mcast:{number}", node_id=77)
         self._node.mode = dronecan.uavcan.protocol.NodeStatus().MODE_OPERATIONAL
+        self.values, self.restarted = {name: value for name, value, *_ in self.VALUES}, False
+        self.saved: dict[str, Any] = {}
         if answers:
-            self._node.add_handler(dronecan.uavcan.protocol.param.GetSet, self._answer)
+            protocol = dronecan.uavcan.protocol
+            self._node.add_handler(protocol.param.GetSet, self._answer)
+            self._node.add_handler(protocol.param.ExecuteOpcode, self._save)
+            self._node.add_handler(protocol.RestartNode, self._restart)
+            self._node.add_handler(protocol.GetTransportStats, self._count)
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._spin)
 
     def _answer(self, event):
         param, answer = dronecan.uavcan.protocol.param, dronecan.uavcan.protocol.param.GetSet.Response()
-        if event.request.index < len(self.VALUES):
-            name, value, low, high = self.VALUES[event.request.index]
+        places, named = [name for name, *_ in self.VALUES], str(event.request.name)
+        index = (places.index(named) if named in places else len(places)) if named else event.request.index
+        if index < len(self.VALUES):
+            name, value, low, high = self.VALUES[index]
             kind = {int: "integer_value", float: "real_value", str: "string_value", bool: "boolean_value"}[type(value)]
+            if dronecan.get_active_union_field(event.request.value) == kind:
+                value = getattr(event.request.value, kind)
+                self.values[name] = value if low is None else min(max(value, low), high)
+            value = self.values[name]
             answer.name = name
             answer.value = param.Value(**{kind: value})
             if low is not None:
@@ -354,13 +366,27 @@ class ParameterServer:
                 answer.max_value = param.NumericValue(**{kind: high})
         return answer
 
+    def _save(self, _event):
+        self.saved = dict(self.values)
+        return dronecan.uavcan.protocol.param.ExecuteOpcode.Response(ok=True)
+
+    def _restart(self, event):
+        self.restarted = event.request.magic_number == event.request.MAGIC_NUMBER
+        return dronecan.uavcan.protocol.RestartNode.Response(ok=self.restarted)
+
+    def _count(self, _event):
+        interface = dronecan.uavcan.protocol.CANIfaceStats(frames_tx=7, frames_rx=8, errors=9)
+        counts = {"transfers_tx": 4, "transfers_rx": 5, "transfer_errors": 6}
+        return dronecan.uavcan.protocol.GetTransportStats.Response(**counts, can_iface_stats=[interface])
+
     def _spin(self) -> None:
         while not self._ended.is_set():
             with contextlib.suppress(dronecan.transport.TransferError):
                 self._node.spin(0.02)
 
-    def __enter__(self) -> None:
+    def __enter__(self) -> ParameterServer:
         self._thread.start()
+        return self
 
     def __exit__(self, *_: object) -> None:
         self._ended.set()
@@ -379,6 +405,44 @@ def test_parameters_of_a_foreign_node_are_listed_with_their_bounds() -> None:
         *ParameterServer.VALUES
     ]
     assert text.splitlines()[2].split() == ["0", "SERVO_RATE", "50", "-", "1", "200", "int64"]
+
+
+def test_parameters_of_a_foreign_node_are_set_and_saved_and_one_that_it_does_not_take_is_told() -> None:
+    with free_number() as number, ParameterServer(number) as server:
+
+        def asked(*words: str) -> tuple[int, str]:
+            done = called("can", "params", "77", "--bus", f"udp:{number}", *words, cwd=ROOT)
+            return done.returncode, done.stdout + done.stderr
+
+        assert asked("--set", "SERVO_RATE=100", "--save") == (0, "SERVO_RATE is 100, was 50\nsaved\n")
+        assert server.saved["SERVO_RATE"] == 100
+        assert asked("--set", "SERVO_RATE=900", "--save") == (1, "SERVO_RATE is 200, was 100; not taken: 900\n")
+        assert server.saved["SERVO_RATE"] == 100
+        for words, said in (
+            (("--set", "SERVO_RATE=fast"), "--set SERVO_RATE=fast: must be of type int64"),
+            (("--set", "NO_SUCH=1"), "--set NO_SUCH: node 77 has no such parameter"),
+            (("--set", "SERVO_RATE"), "write NAME=VALUE"),
+            (("--save",), "--save keeps what --set NAME=VALUE sets"),
+        ):
+            status, text = asked(*words)
+            assert (status, text.count("\n")) == (2, 1)
+            assert said in text
+
+
+def test_a_foreign_node_tells_what_it_counts_and_restarts_after_a_yes() -> None:
+    with free_number() as number, ParameterServer(number) as server:
+        node = ("77", "--bus", f"udp:{number}")
+        counts = json.loads(called("can", "stats", *node, "--json", cwd=ROOT).stdout)
+        assert (counts["transfers_tx"], counts["transfers_rx"], counts["transfer_errors"]) == (4, 5, 6)
+        assert counts["can_iface_stats"] == [{"frames_tx": 7, "frames_rx": 8, "errors": 9}]
+        refused = called("can", "restart", *node, cwd=ROOT)
+        assert (refused.returncode, server.restarted) == (2, False)
+        assert "give --yes" in refused.stderr
+        done = called("can", "restart", *node, "--yes", cwd=ROOT)
+        assert (done.returncode, done.stdout, server.restarted) == (0, "node 77 restarts\n", True)
+        absent = called("can", "stats", "99", *node[1:], cwd=ROOT)
+        assert absent.returncode == 1
+        assert "node 99 does not answer, and was not heard" in absent.stdout
 
 
 def test_a_node_that_does_not_answer_is_told_and_one_that_is_not_there_with_those_that_are(

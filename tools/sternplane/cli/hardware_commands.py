@@ -115,16 +115,38 @@ def _add_can(commands: Any, lazily: Lazily) -> None:
 
     params = tools.add_parser(
         "params",
-        help="the parameters of a node",
-        description="Asks a DroneCAN node for each of its parameters: value, default, bounds.",
-        epilog="examples:\n  sternplane can params 21 --bus socketcan:can0\n\n"
-        + _STATUS.format(good="the node gave all of them"),
+        help="the parameters of a node, listed or set",
+        description="Asks a DroneCAN node for each of its parameters: value, default, bounds. With --set it sets some, "
+        "and says what they are then; with --save the node keeps them.",
+        epilog="examples:\n  sternplane can params 21 --bus socketcan:can0\n"
+        "  sternplane can params 21 --bus socketcan:can0 --set OUT1_FUNCTION=51 --save\n\n"
+        + _STATUS.format(good="the node gave all of them, or took what was set"),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     params.add_argument("node", type=_node, metavar="NODE", help="its node id")
     _add_bus(params)
     _add_json(params)
+    params.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="set it; may be repeated")
+    params.add_argument("--save", action="store_true", help="have the node keep its parameters")
     params.set_defaults(run=lazily("sternplane.hardware.can_params", kernels=()))
+
+    for name, function, what, good in (
+        ("stats", "statistics", "what a node has counted: transfers, frames and errors on the bus", "it answered"),
+        ("restart", "restart", "have a node restart, after a yes", "it restarts"),
+    ):
+        asked = tools.add_parser(
+            name,
+            help=what,
+            description=f"Asks a DroneCAN node: {what}.",
+            epilog=f"examples:\n  sternplane can {name} 21 --bus socketcan:can0\n\n" + _STATUS.format(good=good),
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        asked.add_argument("node", type=_node, metavar="NODE", help="its node id")
+        _add_bus(asked)
+        _add_json(asked)
+        if name == "restart":
+            asked.add_argument("--yes", action="store_true", help="do not ask before")
+        asked.set_defaults(run=lazily("sternplane.hardware.can_node", function, kernels=()))
 
     decode = tools.add_parser(
         "decode",

@@ -1,4 +1,4 @@
-"""`sternplane can params`: the parameters of a DroneCAN node."""
+"""`sternplane can params`: the parameters of a DroneCAN node, listed or set."""
 
 from __future__ import annotations
 
@@ -6,28 +6,35 @@ import argparse
 from collections.abc import Iterator
 from typing import Any
 
-from firmware_py.adapters.drivers.dronecan.node_client import NodeClient
+from firmware_py.adapters.drivers.dronecan.node_client import SAVE, NodeClient
+from firmware_py.error_text import quoted
 from firmware_py.foreign_text import text_or_hex
-from firmware_py.wire.dronecan.node_messages import Empty, GetSetResponse, NumericValue, Value
+from firmware_py.run.usage_error import UsageError
+from firmware_py.wire.dronecan.node_messages import Empty, GetSetRequest, GetSetResponse, NumericValue, Value
 from sternplane.hardware.bus_nodes import BusNodes
+from sternplane.hardware.can_node import client_of, no_answer
 from sternplane.hardware.output import Row, Sheet, console, show, show_json
 from sternplane.hardware.shared_bus import shared_bus
 
-_BOOLEAN = 3
-"""Tag of a value."""
+_NOTHING, _INTEGER, _REAL, _BOOLEAN, _TEXT = range(5)
+"""Tags of a value."""
 _KINDS = ("", "int64", "float32", "bool", "text")
 
 
 def command(options: argparse.Namespace) -> int:
-    """List the parameters of a node; return 1 if it does not answer, or stops to."""
+    """List the parameters of a node, or set some; return 1 if it does not answer, stops to, or does not take one.
+
+    Raises:
+        UsageError: a parameter or a value that cannot be.
+    """
     out, nodes = console(), BusNodes()
+    if options.set:
+        with shared_bus(options.bus) as bus:
+            return _set(options, client_of(bus, nodes), nodes)
+    if options.save:
+        raise UsageError("--save keeps what --set NAME=VALUE sets: give one")
     with shared_bus(options.bus) as bus:
-
-        def overhear(can_id: int, data: bytes, t: float) -> None:
-            nodes.hear(can_id, data, t)
-            bus.send(nodes.requests(t))
-
-        answers = [*NodeClient(bus, overhear=overhear).parameters(options.node)]
+        answers = [*client_of(bus, nodes).parameters(options.node)]
     found = [answer for answer in answers if answer is not None]
     complete = len(found) == len(answers)
     if options.json:
@@ -45,10 +52,61 @@ def _remarks(node: int, bus: str, complete: bool, nodes: BusNodes, found: int) -
         yield f"node {node} has no parameters"
     elif not complete and found:
         yield f"node {node} does not answer any more after parameter {found - 1}: the list is not complete"
-    elif not complete and node in nodes.t_heard:
-        yield f"node {nodes.described(node)} is there, but does not answer param.GetSet: many servos do not know it"
     elif not complete:
-        yield f"node {node} does not answer, and was not heard on {bus}. Nodes heard: {nodes.listed()}"
+        yield no_answer(node, bus, nodes, "param.GetSet")
+
+
+def _set(options: argparse.Namespace, client: NodeClient, nodes: BusNodes) -> int:
+    wanted = [_pair(text) for text in options.set]
+    said, taken = [], True
+    for name, text in wanted:
+        before = client.parameter(options.node, GetSetRequest(0, Value(_NOTHING, Empty()), name.encode()))
+        if before is None:
+            said.append(no_answer(options.node, options.bus, nodes, "param.GetSet"))
+            taken = False
+            break
+        if not before.name:
+            raise UsageError(f"--set {name}: node {options.node} has no such parameter; without --set all are listed")
+        value = _value(name, text, before.value.tag)
+        after = client.parameter(options.node, GetSetRequest(0, value, name.encode()))
+        is_so = after is not None and _text(after.value) == _text(value)
+        now = "does not answer" if after is None else f"is {_text(after.value)}"
+        said.append(f"{name} {now}, was {_text(before.value)}" + ("" if is_so else f"; not taken: {text}"))
+        taken = taken and is_so
+    if options.save and taken:
+        saved = client.execute(options.node, SAVE)
+        taken = saved is not None and saved.ok
+        said.append("saved" if taken else f"node {options.node} does not save it: it is gone when the node restarts")
+    if options.json:
+        show_json(console(), {"node": options.node, "taken": taken, "said": said})
+    else:
+        show(console(), [], said)
+    return 0 if taken else 1
+
+
+def _pair(text: str) -> tuple[str, str]:
+    name, equals, value = text.partition("=")
+    if not (name and equals and value):
+        raise UsageError(f"--set {quoted(text)}: write NAME=VALUE")
+    return name, value
+
+
+def _value(name: str, text: str, tag: int) -> Value:
+    """Return a value of the type that a parameter has.
+
+    Raises:
+        UsageError: it cannot be one.
+    """
+    try:
+        if tag == _INTEGER:
+            return Value(tag, int(text))
+        if tag == _REAL:
+            return Value(tag, float(text))
+        if tag == _BOOLEAN:
+            return Value(tag, {"false": 0, "0": 0, "true": 1, "1": 1}[text.lower()])
+    except (ValueError, KeyError):
+        raise UsageError(f"--set {name}={text}: must be of type {_KINDS[tag]}") from None
+    return Value(_TEXT, text.encode())
 
 
 def _cells(one: GetSetResponse) -> tuple[str, ...]:
