@@ -350,6 +350,55 @@ def test_the_last_words_centre_a_drive_that_can_and_stop_another(launch, mode, s
     assert bench.drives[6].state is State.QUICK_STOP
 
 
+def deafen(bench: Bench) -> None:
+    """Let nothing through that the first drive says; it hears on."""
+    say = bench.say
+    bench.say = lambda *out: say(*[(identifier, data) for identifier, data in out if identifier & 0x7F != NODE])
+
+
+@pytest.mark.parametrize("operational", [False, True])
+@pytest.mark.parametrize("mode", ["profile_position", "cyclic_synchronous_position"])
+def test_a_lost_drive_that_still_hears_loses_its_power_with_the_vehicle_disarmed(launch, mode, operational):
+    """It is where our order to be pre-operational has put it, or that order did not come."""
+    bench = launch(mode=mode)
+    bench.run(1.0)
+    bench.run(1.0, (0.2, -0.1), armed=True)
+    deafen(bench)
+    bench.run(1.0, (0.2, -0.1), armed=True)
+    drive = bench.drives[NODE]
+    assert (drive.state, drive.nmt) == (State.ENABLED, NmtState.PRE_OPERATIONAL)
+    bench.said.clear()
+    bench.run(0.03)
+    if operational:
+        drive.nmt = NmtState.OPERATIONAL
+    bench.run(1.2)
+    assert drive.state is State.DISABLED
+    bench.run(8.8)
+    commands = [data for identifier, data in bench.said if identifier == 0x200 + NODE]
+    requests = [data for identifier, data in bench.said if identifier == 0x600 + NODE]
+    assert {data[:2] for data in commands} == {bytes(2)}
+    assert 9 <= len(commands) <= 11
+    assert 10 <= len(requests) <= 25
+    bench.say = Bench.say.__get__(bench)
+    bench.run(4.0)
+    assert bench.run(1.0, (0.1, -0.1), armed=True).fins[PORT].value == pytest.approx(0.1, abs=1e-4)
+
+
+@pytest.mark.parametrize(("armed", "state"), [(True, State.QUICK_STOP), (False, State.DISABLED)])
+def test_the_last_words_reach_a_lost_drive_that_still_hears(flying, armed, state):
+    deafen(flying)
+    flying.run(1.0, (0.2, -0.1), armed=True)
+    drive = flying.drives[NODE]
+    handle = drive.handle
+    drive.handle = lambda *_: []
+    flying.run(0.02, (0.2, -0.1), armed=armed)
+    drive.handle = handle
+    assert drive.state is State.ENABLED
+    flying.hardware.park()
+    flying.serve()
+    assert drive.state is state
+
+
 def test_without_drives_it_asks_on_and_waits_for_nothing(launch):
     bench = launch()
     bench.drives.clear()

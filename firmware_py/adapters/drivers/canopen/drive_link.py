@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 
 from firmware_py.marine import clip
-from firmware_py.wire.canopen import cia402
+from firmware_py.wire.canopen import cia402, sdo
 from firmware_py.wire.canopen.cia402 import Command, Feedback, Mode, State, Wanted
-from firmware_py.wire.canopen.configuration import Configuration, drive
+from firmware_py.wire.canopen.configuration import Configuration, Wish, drive
 from firmware_py.wire.canopen.fin_drive import CanOpenParams, FinDrive
-from firmware_py.wire.canopen.frames import Emergency, Frame, Heartbeat, NmtState, SdoAnswer
+from firmware_py.wire.canopen.frames import Emergency, Frame, Heartbeat, NmtState, SdoAnswer, encode
 from firmware_py.wire.fin_positions import AtRest
 
 _AGAIN_S = 1.0
-"""Pause before a start-up that has failed is tried again, and between two resets of a fault, s."""
+"""Pause before a start-up that has failed is tried again, and between two orders to reset a fault or lose power, s."""
+_LOSE_POWER = Wish(cia402.CONTROLWORD, 0, bytes(2))
+"""The first step of a start-up while no power is wanted: process data do not reach a drive that is not operational."""
 _MOST_CODES = 16
 """So many codes of emergencies are counted each by itself; a drive that tells ever other ones tells nothing by them."""
 _TWICE = 3
@@ -40,7 +42,11 @@ class DriveLink:
         self._t_again = math.inf
         """When a start-up that has failed, and was counted, is tried again."""
         self._t_heard = self._t_started = self._t_reset = 0.0
+        self._t_told = -math.inf
+        """When it was told to lose its power though it is lost."""
         self._known = self._alive = False
+        self._led = self._off = False
+        """Whether it was ready once, so that it is known to be a drive; whether it is to have no power."""
         self._emergency = False
         self._codes: set[int] = set()
         self._feedback: Feedback | None = None
@@ -77,7 +83,8 @@ class DriveLink:
             self._t_again = t + _AGAIN_S
         elif configuration.done and frame is not None:
             self._t_heard = self._t_started = t  # from now on its heartbeat is due
-            self._alive, self._answers = True, 1
+            self._alive = self._led = True
+            self._answers = 1
         return frame
 
     def hear_heartbeat(self, message: Heartbeat, t: float) -> None:
@@ -114,8 +121,11 @@ class DriveLink:
         self._answers += 1
         return self.fin.angle(feedback.position)
 
-    def command(self, angle: float | None, t: float) -> Command:
-        """Return what it is sent in a cycle, at t, s.
+    def command(self, angle: float | None, t: float) -> Command | None:
+        """Return what it is sent in a cycle, at t, s, if anything.
+
+        One that is lost may still hear, and our heartbeat keeps it from stopping: it can lose its power, and does not
+        get it.
 
         The target goes from where the fin is, not faster than the file says: a drive that gets power far from the
         command would jump, or fail for its following error.
@@ -124,6 +134,9 @@ class DriveLink:
             angle: of the fin, rad; None: no power.
             t: now, s.
         """
+        off, self._off = self._off, angle is None
+        if not self.ready:
+            return self._lose_power(self._off and not off, t)
         self._watch_answers()
         feedback, params = self._feedback, self.fin.params
         now = None if feedback is None else feedback.state
@@ -142,17 +155,37 @@ class DriveLink:
         self._word = word
         if feedback is not None and params.mode is Mode.PROFILE_POSITION:
             word = cia402.with_set_point(word, feedback.statusword)
-        return Command(self.node, word, self.fin.counts(self._target))
+        return self._with(word)
 
-    def last_commands(self) -> tuple[Command, ...]:
+    def last_frames(self) -> list[Frame]:
         """Return what it is sent last: to go to the middle, if it is to rest there and can by itself; else to stop."""
+        if self.ready:
+            return [encode(cia402.command(last)) for last in self._last_commands()]
+        if not self._led:
+            return []
+        word = cia402.DISABLE_VOLTAGE if self._off else cia402.QUICK_STOP
+        by_sdo = sdo.Write(cia402.CONTROLWORD, 0, sdo.unsigned(word, 2))
+        return [encode(cia402.command(self._with(word))), encode(sdo.request(self.node, by_sdo))]
+
+    def _last_commands(self) -> tuple[Command, ...]:
         state = None if self._feedback is None else self._feedback.state
-        params, target = self.fin.params, self._target
+        params = self.fin.params
         if state is State.ENABLED and params.at_rest is AtRest.CENTRE and params.mode is Mode.PROFILE_POSITION:
             middle, without = self.fin.counts(0.0), cia402.ENABLE | cia402.AT_ONCE  # it is taken where the bit rises
             return Command(self.node, without, middle), Command(self.node, without | cia402.NEW_SET_POINT, middle)
-        stop = cia402.controlword(state, Wanted.QUICK_STOP)
-        return (Command(self.node, stop, self.fin.counts(target)),)
+        return (self._with(cia402.controlword(state, Wanted.QUICK_STOP)),)
+
+    def _lose_power(self, begins: bool, t: float) -> Command | None:
+        """Have a drive that is not ready lose its power, by SDO and as process data; before, it must have been led."""
+        if begins and self._led:
+            self._configure()
+        if not self._led or not self._off or t - self._t_told < _AGAIN_S:
+            return None
+        self._t_told = t
+        return self._with(cia402.DISABLE_VOLTAGE)
+
+    def _with(self, word: int) -> Command:
+        return Command(self.node, word, self.fin.counts(self._target))
 
     def _watch_answers(self) -> None:
         """Judge the answers to the last SYNC; in profile position mode a drive sends when it likes."""
@@ -170,7 +203,8 @@ class DriveLink:
         self._answers = self._twice = 0
 
     def _configure(self) -> None:
-        self._configuration, self._t_again = Configuration(self.node, self._steps), math.inf
+        steps = [_LOSE_POWER, *self._steps] if self._led and self._off else self._steps
+        self._configuration, self._t_again = Configuration(self.node, steps), math.inf
 
     def _count(self, cause: str) -> None:
         self.counts[cause] = self.counts.get(cause, 0) + 1

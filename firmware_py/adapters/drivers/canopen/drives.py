@@ -79,9 +79,9 @@ class CanOpenDrives(Driver):
         out: list[Frame] = []
         if tick.every(self._params.rate):
             for i, link in enumerate(self._links):
-                angle = self._resting.wanted(i, applied)
-                if link.ready:
-                    out.append(frames.encode(cia402.command(link.command(angle, tick.t))))
+                command = link.command(self._resting.wanted(i, applied), tick.t)
+                if command is not None:
+                    out.append(frames.encode(cia402.command(command)))
         self._send(out + self._kept_up(tick))
 
     def ask(self, tick: Tick) -> None:
@@ -107,8 +107,7 @@ class CanOpenDrives(Driver):
 
     def park(self) -> None:
         """Stop every drive, or let it go to the middle; without our heartbeat it stops in any case."""
-        ready = [link for link in self._links if link.ready]
-        out = [frames.encode(cia402.command(last)) for link in ready for last in link.last_commands()]
+        out = [frame for link in self._links for frame in link.last_frames()]
         self._send([*out, frames.encode(frames.Sync())])
 
     def losses(self) -> dict[str, int]:
