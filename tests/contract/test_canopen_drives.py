@@ -350,6 +350,33 @@ def test_the_last_words_centre_a_drive_that_can_and_stop_another(launch, mode, s
     assert bench.drives[6].state is State.QUICK_STOP
 
 
+@pytest.mark.parametrize("mode", ["profile_position", "cyclic_synchronous_position"])
+def test_drives_are_led_on_while_a_busy_bus_starves_heartbeats_and_sdo(launch, mode):
+    bench = launch(mode=mode)
+    bench.run(1.0)
+    say = bench.say
+    bench.say = lambda *out: say(*[(i, data) for i, data in out if i & 0x780 not in (0x580, 0x600, 0x700)])
+    bench.said.clear()
+    for angle in (0.2, -0.2):
+        frame = bench.run(1.5, (angle, -0.1), armed=True)
+        assert frame.fins[PORT].ok
+        assert frame.fins[PORT].value == pytest.approx(angle, abs=1e-4)
+    assert not any(identifier == 0 for identifier, _ in bench.said)
+    assert 4 <= bench.losses["port_heartbeats_missed"] <= 6
+    assert "port_timeouts" not in bench.losses
+    bench.run(0.1)
+    assert bench.drives[NODE].state is State.DISABLED
+
+
+def test_statuswords_that_tell_no_state_are_no_life(flying):
+    drive = flying.drives.pop(NODE)
+    flying.run(0.1, (0.2, -0.1), armed=True)
+    for _ in range(100):
+        flying.say(frames.encode(cia402.feedback(cia402.Feedback(NODE, 0xFFFF, drive.position))))
+        flying.tick((0.2, -0.1), armed=True)
+    assert flying.losses["port_timeouts"] == 1
+
+
 def deafen(bench: Bench) -> None:
     """Let nothing through that the first drive says; it hears on."""
     say = bench.say

@@ -47,7 +47,11 @@ class CanOpenParams:
     rate: Rate = Rate.HZ_50
     heartbeat: float = param(0.1, unit="s", low=0.01, high=5.0, doc="Period of each drive's heartbeat.")
     timeout: float = param(
-        0.5, unit="s", low=0.05, high=10.0, doc="A drive without a heartbeat for so long is lost, and configured anew."
+        0.5,
+        unit="s",
+        low=0.05,
+        high=10.0,
+        doc="A drive without heartbeat and position for so long is lost, and configured anew.",
     )
     patience: float = param(
         0.5, unit="s", low=0.15, high=10.0, doc="A drive that misses the autopilot's heartbeat for so long stops."

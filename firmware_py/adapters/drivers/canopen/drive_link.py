@@ -41,7 +41,7 @@ class DriveLink:
         self._configuration = Configuration(self.node, self._steps)
         self._t_again = math.inf
         """When a start-up that has failed, and was counted, is tried again."""
-        self._t_heard = self._t_started = self._t_reset = 0.0
+        self._t_heard = self._t_beat = self._t_started = self._t_reset = 0.0
         self._t_told = -math.inf
         """When it was told to lose its power though it is lost."""
         self._known = self._alive = False
@@ -74,6 +74,10 @@ class DriveLink:
             self._count("timeouts")
             self._emergency = False  # it may have no power; if its error lasts, its statusword says so
             self._begin()
+        elif self._alive and t - self._t_beat > self._params.timeout:
+            # A busy bus starves heartbeats and SDO first: to configure a drive that obeys could only stop its fin.
+            self._count("heartbeats_missed")
+            self._t_beat = t
         if t >= self._t_again:
             self._configure()
         configuration = self._configuration
@@ -82,14 +86,14 @@ class DriveLink:
             self._count(f"start_ups_failed{configuration.cause}")
             self._t_again = t + _AGAIN_S
         elif configuration.done and frame is not None:
-            self._t_heard = self._t_started = t  # from now on its heartbeat is due
+            self._t_heard = self._t_beat = self._t_started = t  # from now on its heartbeat is due
             self._alive = self._led = True
             self._answers = 1
         return frame
 
     def hear_heartbeat(self, message: Heartbeat, t: float) -> None:
         """Take a heartbeat; if it says that it has booted, or another has stopped it, configure it anew."""
-        self._t_heard = t
+        self._t_heard = self._t_beat = t
         self._known, known = True, self._known
         if message.state is NmtState.BOOT_UP:
             if known:
@@ -113,8 +117,10 @@ class DriveLink:
                 self._codes.add(message.code)
             self._count(f"emergency_0x{message.code:04X}" if message.code in self._codes else "emergency_others")
 
-    def hear_feedback(self, feedback: Feedback) -> float:
-        """Take where it is; return the angle of its fin, rad."""
+    def hear_feedback(self, feedback: Feedback, t: float) -> float:
+        """Take where it is, heard at t, s; return the angle of its fin, rad. It lives, if it is in a state at all."""
+        if feedback.state is not None:
+            self._t_heard = t
         was, self._feedback = self._feedback, feedback
         if was is not None and was.state is State.FAULT and feedback.usable:
             self._emergency = False  # it took our reset; not every drive tells

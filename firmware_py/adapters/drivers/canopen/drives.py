@@ -135,7 +135,7 @@ class CanOpenDrives(Driver):
         self.received += 1
         if isinstance(message, frames.Tpdo):
             if message.number == 1:
-                angle = link.hear_feedback(cia402.decode_feedback(message))
+                angle = link.hear_feedback(cia402.decode_feedback(message), t)
                 heard = Heard(angle, t - self._params.latency, True, link.ok and math.isfinite(angle))
                 readings.append(Reading("fins", i, heard))
         elif isinstance(message, frames.Heartbeat):
