@@ -13,6 +13,7 @@ NOT_NOW = 0x0800_0022
 _OFF = 1 << 31
 _LENGTHS = {
     (0x1000, 0): 4,
+    (0x1001, 0): 1,
     (0x1016, 1): 4,
     (0x1017, 0): 2,
     (0x6007, 0): 2,
@@ -32,7 +33,7 @@ _LENGTHS = {
     },
     **{(mapping, sub): 4 if sub else 1 for mapping in (0x1600, 0x1A00) for sub in range(9)},
 }
-_READ_ONLY = {0x1000, 0x6041, 0x6061, 0x6064, 0x6502}
+_READ_ONLY = {0x1000, 0x1001, 0x6041, 0x6061, 0x6064, 0x6502}
 
 
 class Drive:
@@ -170,6 +171,7 @@ class Drive:
             return [sdo.Abort(*place, sdo.NO_SUBINDEX if known else sdo.NO_OBJECT)]
         if isinstance(asked, sdo.Read):
             current = {
+                (0x1001, 0): bytes([self.objects[0x1001, 0][0] | (self.state is State.FAULT)]),
                 (0x6041, 0): cia402.statusword(self.state, self._flags()).to_bytes(2, "little"),
                 (0x6061, 0): self.objects[0x6060, 0],
                 (0x6064, 0): self.position.to_bytes(4, "little", signed=True),

@@ -23,7 +23,7 @@ from firmware_py.params import ParamError, load
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import SensorFrame, fin_bit, node_bit
 from firmware_py.tick import Tick
-from firmware_py.wire.canopen import cia402, frames
+from firmware_py.wire.canopen import cia402, frames, sdo
 from firmware_py.wire.canopen.cia402 import Mode, State
 from firmware_py.wire.canopen.fin_drive import CanOpenParams, FinDrive, drives_of
 from firmware_py.wire.canopen.frames import NmtCommand, NmtState
@@ -302,6 +302,30 @@ def test_a_drive_that_is_back_is_believed_though_it_was_lost_in_an_emergency(fly
     flying.drives[NODE].boot()
     frame = flying.run(6.0, (0.2, -0.1), armed=True)
     assert (frame.fins[PORT].ok, frame.unhealthy) == (True, 0)
+
+
+def test_an_emergency_whose_end_is_lost_is_over_once_the_drive_has_no_errors(flying):
+    errors = flying.drives[NODE].objects
+    errors[0x1001, 0] = b"\x11"
+    flying.said.clear()
+    flying.say(frames.encode(frames.Emergency(NODE, 0x8120, 0x11)))
+    frame = flying.run(5.0, (0.2, -0.1), armed=True)
+    assert (frame.fins[PORT].ok, frame.unhealthy) == (False, fin_bit(PORT))
+    assert 4 <= sum(identifier == 0x600 + NODE for identifier, _ in flying.said) <= 5
+    errors[0x1001, 0] = b"\0"
+    frame = flying.run(1.2, (0.2, -0.1), armed=True)
+    assert (frame.fins[PORT].ok, frame.unhealthy) == (True, 0)
+    assert flying.losses == {"port_emergency_0x8120": 1, "port_emergency_ends_missed": 1}
+
+
+def test_an_emergency_outlives_an_answer_that_is_older(flying):
+    """It overtakes the answer, which has a lower priority."""
+    emergency = frames.encode(frames.Emergency(NODE, 0x8120, 0x11))
+    flying.drives[NODE].objects[0x1001, 0] = b"\x11"
+    flying.say(emergency)
+    flying.run(1.5, (0.2, -0.1), armed=True)
+    flying.say(emergency, frames.encode(sdo.answer(NODE, sdo.ReadDone(0x1001, 0, b"\0"))))
+    assert not flying.run(0.1, (0.2, -0.1), armed=True).fins[PORT].ok
 
 
 def test_a_storm_of_ever_new_emergencies_is_counted_and_leaves_few_counts(flying):

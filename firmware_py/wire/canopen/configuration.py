@@ -3,8 +3,8 @@
 A `Configuration` never waits: the caller asks it each cycle for the frame to send, and gives it the answers of the
 node. A node that boots again has forgotten everything: it needs a new one.
 
-Objects: CiA 301 (process data 0x14xx to 0x1Axx, heartbeat 0x1016 and 0x1017, device type 0x1000) and CiA 402 (mode
-0x6060, interpolation time 0x60C2, reaction to a lost master 0x6007).
+Objects: CiA 301 (process data 0x14xx to 0x1Axx, heartbeat 0x1016 and 0x1017, device type 0x1000, errors 0x1001) and
+CiA 402 (mode 0x6060, interpolation time 0x60C2, reaction to a lost master 0x6007).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from firmware_py.wire.canopen.frames import (
     encode,
 )
 
-DEVICE_TYPE, CONSUMER_HEARTBEAT, PRODUCER_HEARTBEAT = 0x1000, 0x1016, 0x1017
+DEVICE_TYPE, ERROR_REGISTER, CONSUMER_HEARTBEAT, PRODUCER_HEARTBEAT = 0x1000, 0x1001, 0x1016, 0x1017
 REACTION_TO_LOST_MASTER, INTERPOLATION_TIME = 0x6007, 0x60C2
 PROFILE = 402
 """The lower half of a drive's device type."""

@@ -7,13 +7,14 @@ import math
 from firmware_py.marine import clip
 from firmware_py.wire.canopen import cia402, sdo
 from firmware_py.wire.canopen.cia402 import Command, Feedback, Mode, State, Wanted
-from firmware_py.wire.canopen.configuration import Configuration, Wish, drive
+from firmware_py.wire.canopen.configuration import ERROR_REGISTER, Configuration, Wish, drive
 from firmware_py.wire.canopen.fin_drive import CanOpenParams, FinDrive
 from firmware_py.wire.canopen.frames import Emergency, Frame, Heartbeat, NmtState, SdoAnswer, encode
 from firmware_py.wire.fin_positions import AtRest
 
 _AGAIN_S = 1.0
 """Pause before a start-up that has failed is tried again, and between two orders to reset a fault or lose power, s."""
+_ERRORS = sdo.Read(ERROR_REGISTER, 0)
 _LOSE_POWER = Wish(cia402.CONTROLWORD, 0, bytes(2))
 """The first step of a start-up while no power is wanted: process data do not reach a drive that is not operational."""
 _MOST_CODES = 16
@@ -47,7 +48,9 @@ class DriveLink:
         self._known = self._alive = False
         self._led = self._off = False
         """Whether it was ready once, so that it is known to be a drive; whether it is to have no power."""
-        self._emergency = False
+        self._emergency = self._asked = False
+        """Whether it is in an emergency; whether it was asked for its errors after the last word of one."""
+        self._t_asked = 0.0
         self._codes: set[int] = set()
         self._feedback: Feedback | None = None
         self._word, self._target = 0, 0.0
@@ -89,6 +92,9 @@ class DriveLink:
             self._t_heard = self._t_beat = self._t_started = t  # from now on its heartbeat is due
             self._alive = self._led = True
             self._answers = 1
+        elif self.ready and self._emergency and t - self._t_asked >= _AGAIN_S:
+            self._asked, self._t_asked = True, t
+            return encode(sdo.request(self.node, _ERRORS))
         return frame
 
     def hear_heartbeat(self, message: Heartbeat, t: float) -> None:
@@ -106,11 +112,17 @@ class DriveLink:
             self._begin()
 
     def hear_answer(self, message: SdoAnswer) -> None:
-        """Take an answer of its object dictionary."""
+        """Take an answer of its object dictionary; an emergency whose end was not heard is over without errors."""
         self._configuration.accept(message)
+        if self.ready and self._emergency and self._asked:
+            answer = sdo.decode_answer(message)
+            if isinstance(answer, sdo.ReadDone) and answer[:2] == _ERRORS and not answer.data[0]:
+                self._emergency = False
+                self._count("emergency_ends_missed")
 
-    def hear_emergency(self, message: Emergency) -> None:
-        """Take an emergency, or the end of one; the last has ended once the error register is empty."""
+    def hear_emergency(self, message: Emergency, t: float) -> None:
+        """Take an emergency, or the end of one, at t, s; the last has ended once the error register is empty."""
+        self._asked, self._t_asked = False, t  # it overtakes the answer to what was asked before
         self._emergency = not message.over or message.register != 0
         if not message.over:
             if len(self._codes) < _MOST_CODES:

@@ -141,7 +141,7 @@ class CanOpenDrives(Driver):
         elif isinstance(message, frames.Heartbeat):
             link.hear_heartbeat(message, t)
         elif isinstance(message, frames.Emergency):
-            link.hear_emergency(message)
+            link.hear_emergency(message, t)
         elif isinstance(message, frames.SdoAnswer):
             link.hear_answer(message)
 
