@@ -51,6 +51,7 @@ class Drive:
         self.node = node
         self.objects = {place: bytes(length) for place, length in _LENGTHS.items()}
         self.objects[0x1000, 0] = (402 | 2 << 16).to_bytes(4, "little")  # servo drive
+        self.objects[0x6007, 0] = b"\1\0"  # a fault
         self.objects[0x6502, 0] = (1 << 0 | 1 << 7).to_bytes(4, "little")  # both position modes
         for parameters, identifier in ((0x1400, 0x200), (0x1800, 0x180)):
             self.objects[parameters, 1] = (_OFF | identifier + node).to_bytes(4, "little")
@@ -78,7 +79,7 @@ class Drive:
         """Return the heartbeat that is due at t, s; stop quickly if the master's is missing."""
         watched = int.from_bytes(self.objects[0x1016, 1], "little")
         if self.state is State.ENABLED and watched >> 16 and t - self._t_master > 1e-3 * (watched & 0xFFFF):
-            self.state = State.QUICK_STOP if self.objects[0x6007, 0] == b"\3\0" else State.FAULT
+            self._abort_connection()
         period = 1e-3 * int.from_bytes(self.objects[0x1017, 0], "little")
         if not period or t - self._t_beat < period - 1e-9:
             return []
@@ -107,6 +108,10 @@ class Drive:
         if isinstance(message, frames.Nmt) and message.node in (0, self.node):
             states = {NmtCommand.START: NmtState.OPERATIONAL, NmtCommand.STOP: NmtState.STOPPED}
             self.nmt = states.get(message.command, NmtState.PRE_OPERATIONAL)
+            if self.nmt is NmtState.STOPPED and self.state is State.ENABLED:
+                self._abort_connection()
+        elif self.nmt is NmtState.STOPPED:
+            return []
         elif isinstance(message, frames.SdoRequest) and message.node == self.node:
             return [frames.encode(sdo.answer(self.node, answer)) for answer in self._serve(sdo.decode_request(message))]
         elif isinstance(message, frames.Rpdo) and message.node == self.node and self.nmt is NmtState.OPERATIONAL:
@@ -116,6 +121,11 @@ class Drive:
         elif isinstance(message, frames.Sync) and self.objects[0x1800, 2] == b"\1":
             return self.feedback()
         return []
+
+    def _abort_connection(self) -> None:
+        """Do what object 0x6007 says of a lost master and of NMT stop: nothing, no power, a quick stop or a fault."""
+        reactions = {0: self.state, 2: State.DISABLED, 3: State.QUICK_STOP}
+        self.state = reactions.get(int.from_bytes(self.objects[0x6007, 0], "little"), State.FAULT)
 
     def _obey(self, word: int, target: int) -> None:
         rising = word & ~self._word

@@ -354,6 +354,25 @@ def test_a_refused_step_ends_it_with_the_reason() -> None:
     assert started.poll(1e9) is None
 
 
+@pytest.mark.parametrize(
+    ("reaction", "state"), [(0, State.ENABLED), (1, State.FAULT), (2, State.DISABLED), (3, State.QUICK_STOP)]
+)
+def test_a_simulated_drive_that_is_stopped_reacts_as_it_was_told_and_hears_network_management_alone(
+    reaction: int, state: State
+) -> None:
+    """CiA 301: neither SDO nor PDO in the state stopped; CiA 402: object 0x6007 is for NMT stop too."""
+    drive = Drive(3)
+    drive.boot()
+    drive.objects[0x6007, 0] = bytes((reaction, 0))
+    drive.state = State.ENABLED
+    drive.handle(*frames.encode(frames.Nmt(NmtCommand.STOP, 3)))
+    assert (drive.nmt, drive.state) == (NmtState.STOPPED, state)
+    question = frames.encode(sdo.request(3, sdo.Read(0x1000, 0)))
+    assert drive.handle(*question) == []
+    drive.handle(*frames.encode(frames.Nmt(NmtCommand.PRE_OPERATIONAL, 3)))
+    assert len(drive.handle(*question)) == 1
+
+
 def test_a_drive_without_an_inhibit_time_does_without() -> None:
     drive = Drive(3)
     del drive.objects[0x1800, 3]
