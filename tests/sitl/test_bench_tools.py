@@ -133,7 +133,8 @@ def test_fins_that_report_nothing_are_left_out_by_name_or_where_arming_does_not_
     shutil.copytree(SITL.parent, config)
     settings = config / "autopilot.toml"
     settings.write_text(settings.read_text().replace("[safety]", "[safety]\nfin_needed = false"))
-    for words in (("--without", "fin rudder_lower, fix"), ("--config", config)):
+    by_set = ("--set", "autopilot.safety.fin_needed=false")
+    for words in (("--without", "fin rudder_lower, fix"), ("--config", config), by_set):
         found = checked(plant, "--dvl", plant.dvl, *words, file=file)
         assert [one["state"] for one in found["roles"] if one["role"] == "fin rudder_lower"] == ["silent"]
 

@@ -191,6 +191,7 @@ def _add_vehicle(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--config", type=Path, default=vehicle.CONFIG, metavar="DIR", help="the vehicle [configs/npsauv2]"
     )
+    vehicle.add_settings(parser, "vehicle, autopilot, io", "autopilot.safety.fin_needed=false")
     vehicle.add_real_bus(parser)
 
 

@@ -18,11 +18,7 @@ from firmware_py import config_files
 from firmware_py.adapters.buses.can_bus import BusError
 from firmware_py.adapters.buses.frame_id import STANDARD
 from firmware_py.adapters.device_hardware import DeviceHardware
-from firmware_py.adapters.fitting import at_desk
-from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.realtime_schedule import RealTimeSchedule
-from firmware_py.adapters.storage.toml_files import read_toml
-from firmware_py.params import load
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.run.interrupt import interruptible
 from firmware_py.run.usage_error import UsageError
@@ -34,6 +30,7 @@ from sternplane.hardware.fins_report import found, sentences, sheet
 from sternplane.hardware.fitted_vehicle import FittedVehicle, fitted_vehicle
 from sternplane.hardware.other_autopilots import OtherAutopilots
 from sternplane.hardware.output import console, live, show, show_json
+from sternplane.hardware.read_files import read_files
 from sternplane.hardware.sweep import Sweep
 from sternplane.hardware.watched_bus import WatchedBus
 
@@ -52,14 +49,11 @@ _OTHERS = ("_other_master", "_other_host")
 
 def command(options: argparse.Namespace) -> int:
     """Move the fins; return 0 if every one of them is well, 1 if not, 130 if it was interrupted."""
-    io_file = options.io or options.config / "io_sitl.toml"
-    io = load(IoParams, read_toml(io_file), str(io_file))
-    configuration = config_files.read_configuration(options.config)
+    io, configuration = read_files(options, options.io or options.config / "io_sitl.toml")
     fins, params = config_files.vehicle(configuration).fins, config_files.autopilot_params(configuration)
     if not options.yes and not (sys.stdin and sys.stdin.isatty()):
         raise UsageError("the fins are moved only after a yes; there is no terminal to ask at, so give --yes")
     chosen = _chosen(options.fin, [fin.name for fin in fins])
-    io = at_desk(io, options.lines) if options.lines else io
     out, spec, guard = console(), options.bus or io.can.bus, _Guard(io.can.node_id)
     table = table_of(io)
     sweep = Sweep(fins, chosen, options.travel / 100.0, params.safety.actuators.rate_share, table)

@@ -9,11 +9,8 @@ from typing import Any
 
 from firmware_py import config_files
 from firmware_py.adapters.buses.frame_id import STANDARD
-from firmware_py.adapters.fitting import at_desk, places_of
-from firmware_py.adapters.io_params import IoParams
+from firmware_py.adapters.fitting import places_of
 from firmware_py.adapters.realtime_schedule import RealTimeSchedule
-from firmware_py.adapters.storage.toml_files import read_toml
-from firmware_py.params import load
 from firmware_py.run.interrupt import interruptible
 from firmware_py.run.usage_error import UsageError
 from firmware_py.tick import step_ns
@@ -21,6 +18,7 @@ from sternplane.hardware.bus_nodes import BusNodes
 from sternplane.hardware.fitted_vehicle import FittedVehicle, Place, fitted_vehicle, places_by_role
 from sternplane.hardware.heard_roles import HeardRole, HeardRoles, State
 from sternplane.hardware.output import BAD, DOUBTFUL, GOOD, PLAIN, Row, Sheet, console, live, show, show_json
+from sternplane.hardware.read_files import read_files
 from sternplane.hardware.readable import readable
 from sternplane.hardware.remedies import Remedies
 from sternplane.hardware.traffic import Traffic
@@ -120,9 +118,7 @@ class Check:
 
 def command(options: argparse.Namespace) -> int:
     """Listen to the devices of an io file; return 0 if every one that is needed is heard, fresh and sound."""
-    io = load(IoParams, read_toml(options.io), str(options.io))
-    io = at_desk(io, options.lines) if options.lines else io
-    configuration = config_files.read_configuration(options.config)
+    io, configuration = read_files(options, options.io)
     fins, params = config_files.vehicle(configuration).fins, config_files.autopilot_params(configuration)
     rate, spec, out = params.rate, options.bus or io.can.bus, console()
     ports = places_of(io, spec, options.dvl)
