@@ -284,6 +284,23 @@ def test_a_servo_that_lost_its_power_is_noticed_set_up_again_and_followed(flying
     at_goals(bench.fly(0.5), GOALS)
 
 
+@pytest.mark.parametrize("phase", range(1, 40, 3))
+def test_a_limp_fin_does_not_leap_when_its_servo_has_lost_its_power_whichever_question_tells_it_first(flying, phase):
+    bench, servo = flying, flying.servos[PORT]
+    bench.fly(0.01 * phase)
+    servo.power_on(bench.t)
+    positions = []
+    for _ in range(200):
+        if not servo.get(x.TORQUE_ENABLE):
+            servo.position = x.MIDDLE
+        positions.append(servo.position)
+        bench.tick(GOALS, armed=True)
+    step = math.radians(120.0) * 0.01 / COUNT
+    assert max(abs(b - a) for a, b in itertools.pairwise(positions)) <= step + 1.5
+    assert positions[-1] == bench.fins[PORT].counts(GOALS[PORT])
+    assert bench.losses["port_restarts"] == 1
+
+
 def test_a_servo_that_is_gone_does_not_take_the_others_with_it(flying):
     bench = flying
     bench.chain.silent.add(PORT)

@@ -155,8 +155,7 @@ class ServoLink:
             on = bool(value & 0xFF)
             if self.torque and not on:
                 self.count("torque_lost")
-                if self._forgets:  # its watchdog would not tell that it has restarted
-                    self.begin(t)
+                self.begin(t)  # it may have restarted: no power until its speed and its watchdog are set again
             self.torque = on
         elif item == FAULT:
             self._take_error(value >> 16)
