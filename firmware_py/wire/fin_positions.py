@@ -21,7 +21,7 @@ class AtRest(enum.Enum):
     """Its motor has no power."""
     CENTRE = enum.auto()
     HOLD = enum.auto()
-    """It stays at the last angle of before."""
+    """It stays at the last angle of before, at the start where it is found."""
 
 
 class Entry(Protocol):

@@ -171,6 +171,16 @@ def test_at_rest_a_drive_is_centred_or_held_where_the_file_says_so(launch, at_re
     assert bench.drives[6].state is State.DISABLED
 
 
+def test_a_fin_that_is_held_at_rest_stays_at_the_start_where_it_is_found(launch):
+    bench = launch(at_rest="hold")
+    drive, counts = bench.drives[NODE], bench.fins[PORT].counts(0.4)
+    drive.position = drive.target = counts
+    for _ in range(300):
+        bench.tick()
+        assert drive.position == counts
+    assert drive.state is State.ENABLED
+
+
 def test_a_bench_tool_starts_drives_up_moves_fins_disarmed_and_leaves_them_without_power(launch):
     bench = launch()
     for _ in range(100):

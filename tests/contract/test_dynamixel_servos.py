@@ -198,6 +198,16 @@ def test_at_rest_a_servo_is_centred_or_held_where_the_file_says_so(launch, at_re
     assert bench.torques() == [1, 0, 0]
 
 
+def test_a_fin_that_is_held_at_rest_stays_at_the_start_where_it_is_found(launch):
+    bench = launch(at_rest="hold")
+    servo, counts = bench.servos[PORT], bench.fins[PORT].counts(0.4)
+    servo.position = counts
+    for _ in range(300):
+        bench.tick()
+        assert servo.position == counts
+    assert bench.torques() == [1, 0, 0]
+
+
 def test_a_motor_that_gets_power_does_not_leap_and_turns_no_faster_than_the_file_says(launch):
     bench = launch(speed_deg_s=30.0)
     servo = bench.servos[PORT]

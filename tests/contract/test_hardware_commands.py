@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from firmware_py.params import ParamError
 from firmware_py.records.command import Applied
 
+from .devices import fin
 from .vehicle import DISARMED, OWN, Vehicle
 
 FLYING = Applied((0.25, -0.125, 0.0625, -0.5), 8.0, armed=True, limited=False)
@@ -112,6 +113,17 @@ def test_what_a_servo_is_told_at_rest_is_its_own():
         spoken(vehicle, 100, FLYING)
         last = spoken(vehicle, 100, DISARMED, first=100)[ARRAY][-1].payload.commands
         assert [(one.actuator_id, one.command_value) for one in last] == [(1, 0.0), (2, -0.125), (4, 0.0)]
+
+
+def test_a_servo_that_holds_is_told_nothing_before_it_has_reported_and_then_to_stay_there():
+    with Vehicle(fins=wired(at_rest="hold")) as vehicle:
+        assert ARRAY not in spoken(vehicle, 100, DISARMED)
+        vehicle.node("servo_hub").send(fin(2, 0.375))
+        vehicle.read(100)
+        vehicle.node("servo_hub").send(fin(2, 0.5))
+        vehicle.read(101)
+        last = spoken(vehicle, 100, DISARMED, first=101)[ARRAY][-1].payload.commands
+        assert [(one.actuator_id, one.command_value) for one in last] == [(2, 0.375)]
 
 
 @pytest.mark.parametrize(("at_rest", "at_last"), [("centre", 255), ("silent", 0)])

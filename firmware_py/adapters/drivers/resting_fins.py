@@ -17,7 +17,13 @@ class RestingFins:
 
     def __init__(self, at_rest: Sequence[AtRest]) -> None:
         self._at_rest, self.exercised = at_rest, False
-        self._angles = [0.0] * len(at_rest)
+        self._angles: list[float | None] = [None] * len(at_rest)
+        """The last of each; none before it was commanded, or reported."""
+
+    def hear(self, i: int, angle: float) -> None:
+        """Take where the i-th fin is, rad: one that is to be held before any command is held there."""
+        if self._angles[i] is None:
+            self._angles[i] = angle
 
     def wanted(self, i: int, applied: Applied) -> float | None:
         """Return the angle that the i-th fin is to have, rad; None: its drive is to have no power."""

@@ -46,7 +46,7 @@ class AtRest(enum.Enum):
 
     CENTRE = enum.auto()
     HOLD = enum.auto()
-    """The last angle of before."""
+    """The last angle of before, at the start the one that it reports; nothing until there is one."""
     SILENT = enum.auto()
     """Nothing: what it does then is its own affair."""
 

@@ -137,6 +137,8 @@ class CanOpenDrives(Driver):
             if message.number == 1:
                 angle = link.hear_feedback(cia402.decode_feedback(message), t)
                 heard = Heard(angle, t - self._params.latency, True, link.ok and math.isfinite(angle))
+                if heard.ok:
+                    self._resting.hear(i, angle)
                 readings.append(Reading("fins", i, heard))
         elif isinstance(message, frames.Heartbeat):
             link.hear_heartbeat(message, t)

@@ -64,8 +64,8 @@ class DroneCan(Driver):
         """In the order of ids: PX4's nodes go by the place in the command, and not by the id."""
         self._at_rest = tuple([servo.params.at_rest for servo in servos])
         self._exercised = False
-        self._angles = [0.0] * len(servos)
-        """The last that each servo was told, rad."""
+        self._angles: list[float | None] = [None] * len(servos)
+        """The last that each servo was told, or else the first that it told, rad."""
         hub = params.nodes.servo_hub
         self._fins = {(servo.params.node or hub, servo.status_id): i for i, servo in enumerate(servos)}
         own: dict[int, list[int]] = {}
@@ -195,11 +195,12 @@ class DroneCan(Driver):
             return
         commands = []
         for i, servo in self._told:
-            angle, rest = applied.fins[i], self._at_rest[i]
+            angle: float | None = applied.fins[i]
+            rest = self._at_rest[i]
             if not (applied.armed or self._exercised) and rest is not AtRest.CENTRE:
-                if rest is AtRest.SILENT:
-                    continue
-                angle = self._angles[i]
+                angle = self._angles[i] if rest is AtRest.HOLD else None
+            if angle is None:
+                continue
             self._angles[i] = angle
             commands.append(servo.command(angle))
         if commands:
@@ -276,7 +277,10 @@ class DroneCan(Driver):
         fin = self._fins.get((node_id, message.actuator_id))
         if fin is not None:
             angle = self._servos[fin].angle(message.position)
-            self._hear("fins", Heard(angle, t, True, math.isfinite(angle)), fin)
+            ok = math.isfinite(angle)
+            if self._angles[fin] is None and ok and self._believed:
+                self._angles[fin] = angle
+            self._hear("fins", Heard(angle, t, True, ok), fin)
 
     def _esc(self, message: eq.EscStatus, t: float) -> None:
         n = self._propeller.speed(message.esc_index, message.rpm)

@@ -219,8 +219,10 @@ class DynamixelServos(Driver):
         """Take a position that was asked for at t, s."""
         position = self._number(link, answer, x.PRESENT_POSITION)
         if position is not None:
-            heard = Heard(link.hear_position(position), t, True, not link.faulty)
-            self._readings.append(Reading("fins", self._links.index(link), heard))
+            heard, i = Heard(link.hear_position(position), t, True, not link.faulty), self._links.index(link)
+            if heard.ok:
+                self._resting.hear(i, heard.value)
+            self._readings.append(Reading("fins", i, heard))
 
     def _take_state(self, item: Item, link: ServoLink, answer: Status | None) -> None:
         value = self._number(link, answer, item)
