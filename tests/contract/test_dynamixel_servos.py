@@ -343,6 +343,53 @@ def test_a_lost_answer_costs_no_more_than_itself(flying):
     at_goals(bench.fly(2.0))
 
 
+@pytest.mark.parametrize("late", [3, 4, 6, 10, 15, 20])
+def test_an_answer_that_comes_too_late_is_not_taken_for_one_to_the_next_question(flying, late):
+    bench = flying
+    queue, where, began, shutdown = [b""] * late, {}, bench.t, bench.servos[PORT].get(x.SHUTDOWN)
+
+    def held(answers: bytes) -> bytes:
+        queue.append(answers)
+        return queue.pop(0)
+
+    bench.change = held
+    for k in range(400):
+        angle = 0.3 * math.sin(0.05 * k)
+        where[bench.k] = bench.servos[PORT].position
+        heard = bench.tick((angle, 0.0, 0.0), armed=True).fins[PORT]
+        if heard.fresh and heard.ok and heard.t_valid > began:
+            assert heard.value == bench.fins[PORT].angle(where[round(100 * heard.t_valid)])
+    assert bench.losses["port_timeouts"] == 1
+    assert {link._shutdown for link in bench.driver._links} == {shutdown}
+    while queue:  # what is on its way comes at once
+        bench.wire.send(queue.pop())
+    bench.change = lambda answers: answers
+    at_goals(bench.fly(3.0))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_answers_of_which_some_come_too_late_are_told_apart_in_a_set_up_and_after(launch, seed):
+    bench, source, waiting = launch(), random.Random(seed), []
+
+    def some_late(answers: bytes) -> bytes:
+        due = max([t for t, _ in waiting], default=0.0)  # nothing overtakes
+        waiting.append((max(due, bench.t + source.choice((0.0, 0.0, 0.0, 0.0, 0.0, 0.06))), answers))
+        out = b"".join(data for t, data in waiting if t <= bench.t)
+        waiting[:] = [one for one in waiting if one[0] > bench.t]
+        return out
+
+    bench.change = some_late
+    where = {}
+    for k in range(1500):
+        where[bench.k] = bench.servos[PORT].position
+        heard = bench.tick((0.3 * math.sin(0.05 * k), 0.0, 0.0), armed=k > 100).fins[PORT]
+        if heard.fresh and heard.ok:
+            assert heard.value == bench.fins[PORT].angle(where[round(100 * heard.t_valid)])
+        for link, servo in zip(bench.driver._links, bench.servos, strict=True):
+            assert link._shutdown in (0, servo.get(x.SHUTDOWN))
+    assert bench.losses["port_answers_missed"] > 10
+
+
 @pytest.mark.parametrize("item", [x.PRESENT_POSITION, x.GOAL_POSITION])
 def test_extreme_positions_are_angles(flying, item):
     for counts in (0, 4095, -(2**31), 2**31 - 1, 0xFDFFFF, -1):
@@ -433,7 +480,7 @@ def test_a_wrong_id_is_not_read_and_counted(flying):
 
 DAMAGES: dict[str, tuple[Callable[[bytes], bytes], str]] = {
     "checksum": (lambda answers: answers[:-1] + bytes((answers[-1] ^ 1,)), "fins_bad_checksum"),
-    "another length": (lambda answers: dynamixel.status(Status(5, 0, b"\1\2")), "fins_malformed"),
+    "another length": (lambda answers: dynamixel.status(Status(5, 0, b"\1\2")), "fins_not_asked"),
     "no error byte": (lambda _: bytes.fromhex("fffffd00 05 0300 55") + b"\xb8\x9e", "fins_bad_checksum"),
     "too long": (lambda _: bytes.fromhex("fffffd00 05 ff7f 55"), "fins_too_long"),
     "another protocol": (lambda _: b"$PNORBT6,DATE=112326*12\r\n", "port_answers_missed"),
@@ -580,10 +627,9 @@ def test_a_late_position_is_no_answer_to_a_ping(launch):
 
 
 def test_two_servos_under_one_id_are_noticed_and_one_answer_twice_is_not(flying):
-    own = dynamixel.status(Status(9, 0, (2048).to_bytes(4, "little")))
-
     def twice(answers: bytes) -> bytes:
-        return answers + own if answers.count(b"\xff\xff\xfd\x00\x09") == 1 else answers
+        _, header, own = answers.rpartition(b"\xff\xff\xfd\x00\x09")
+        return answers + header + own
 
     flying.change = twice
     assert flying.tick(GOALS, armed=True).two_senders == 0

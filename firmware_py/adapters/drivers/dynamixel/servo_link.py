@@ -10,7 +10,6 @@ from firmware_py.wire.serial import dynamixel_x as x
 from firmware_py.wire.serial.dynamixel import Status
 from firmware_py.wire.serial.dynamixel_fins import DynamixelFin, DynamixelParams
 from firmware_py.wire.serial.dynamixel_x import HardwareError, Item
-from firmware_py.wire.serial.stream import SentenceError
 
 _TRIES = 3
 _AGAIN_S = 0.5
@@ -26,14 +25,14 @@ _SETTINGS = Item(x.RETURN_DELAY_TIME.address, 3)
 """Return delay, drive mode, operating mode."""
 _LIMITS = Item(x.MAX_POSITION_LIMIT.address, 8)
 _PROFILE = Item(x.PROFILE_VELOCITY.address - 2, 6)
-"""The velocity with what stands before it: see `TORQUE`."""
+"""The velocity with what stands before it."""
 _PONG = 3
 """Bytes: model and firmware."""
 _SHUTDOWN_AND_TORQUE = Item(x.SHUTDOWN.address, 2)
 
 TORQUE, FAULT = Item(x.TORQUE_ENABLE.address, 2), Item(x.STATUS_RETURN_LEVEL.address, 3)
-"""The torque with the LED behind it, and the fault with what stands before it: each question has answers of a length of
-its own, so that an answer that comes too late is not taken for one to the next question.
+"""With the LED behind the torque, and what stands before the fault: these answers have lengths that no others have that
+several servos are asked for, so that one that comes too late is not taken for one to the next question.
 """
 
 Talk: TypeAlias = Generator[bytes, Status | None, None]
@@ -55,6 +54,8 @@ class ServoLink:
         restarted: whether it has restarted since this was last asked for.
         doubled: whether two servos answer under its id.
         torque: whether its motor has power, as far as is known.
+        due: bytes of the answer to its question.
+        t_quiet: until then it may owe an answer, and is asked nothing alone, s.
     """
 
     def __init__(self, fin: DynamixelFin, params: DynamixelParams) -> None:
@@ -64,10 +65,10 @@ class ServoLink:
         self._ready = self._known = self._seen = self._watched = self._forgets = False
         self._wanted, self._t_told = False, 0.0
         self._alert, self._error, self._shutdown = False, HardwareError(0), HardwareError(0)
-        self._t_heard = self._t_again = self._t_reboot = 0.0
+        self._t_heard = self._t_again = self._t_reboot = self.t_quiet = 0.0
         self._talk: Talk | None = None
         self._packet = b""
-        self._position = 0
+        self._position = self.due = 0
         self._answers = self._twice = 0
 
     @property
@@ -113,7 +114,7 @@ class ServoLink:
         if self._talk is None and t >= self._t_again:
             self._talk = self._next(t, looking)
             self._packet = next(self._talk, b"") if self._talk else b""
-        return self._packet
+        return self._packet if t >= self.t_quiet else b""
 
     def answer(self, answer: Status | None, t: float) -> None:
         """Take the answer to its question; None: it did not come in time."""
@@ -123,10 +124,10 @@ class ServoLink:
             self._packet = self._talk.send(answer)
         except StopIteration:
             self._talk, self._packet = None, b""
-        except (SetUpError, SentenceError) as error:
+        except SetUpError as error:
             if str(error) != _ABSENT:
                 self.count("set_ups_failed")
-                self.count(str(error) if isinstance(error, SetUpError) else "malformed")
+                self.count(str(error))
             self.begin(t, _AGAIN_S)
 
     def hear(self, answer: Status, t: float) -> None:
@@ -207,11 +208,10 @@ class ServoLink:
         return None
 
     def _sought(self) -> Talk:
+        self.due = _PONG
         pong = yield dynamixel.ping(self.id)
-        if pong is None:
+        if pong is None or pong.refused:
             raise SetUpError(_ABSENT)
-        if len(pong.parameters) != _PONG:
-            raise SentenceError(f"{len(pong.parameters)} bytes from servo {self.id}: no answer to a ping")
         model = int.from_bytes(pong.parameters[:2], "little")
         if model not in x.MODELS:
             raise SetUpError(f"unknown_model_{model}")
@@ -271,23 +271,25 @@ class ServoLink:
             self.torque = False
 
     def _rebooted(self, t: float) -> Talk:
+        self.due = 0
         yield dynamixel.reboot(self.id)
         self.count("reboots")
         self.begin(t, _AGAIN_S)
 
     def _read(self, item: Item, *, signed: bool = False, before: bytes = b"") -> Generator[bytes, Status | None, int]:
         """Read a number, behind packets that need no answer."""
-        answer = yield from self._asked(before + x.read(self.id, item))
+        answer = yield from self._asked(before + x.read(self.id, item), item.length)
         return x.number(answer, item, signed)
 
     def _write(self, item: Item, value: int) -> Talk:
-        yield from self._asked(x.write(self.id, item, value))
+        yield from self._asked(x.write(self.id, item, value), 0)
 
     def _told(self, item: Item, value: int) -> bytes:
         """Return the packet that sets a number without an answer, which no servo gives to a sync write."""
         return dynamixel.sync_write(*item, [(self.id, value.to_bytes(item.length, "little"))])
 
-    def _asked(self, packet: bytes) -> Generator[bytes, Status | None, Status]:
+    def _asked(self, packet: bytes, due: int) -> Generator[bytes, Status | None, Status]:
+        self.due = due
         for _ in range(_TRIES):
             answer = yield packet
             if answer is not None:

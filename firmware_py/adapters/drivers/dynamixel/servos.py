@@ -34,6 +34,10 @@ HOLD = 5.0
 _WATCH_S = 0.1
 """How often the servos are asked for one of `_STATE`, s."""
 _STATE = (x.BUS_WATCHDOG, TORQUE, x.BUS_WATCHDOG, FAULT)
+_LENGTHS = 8
+"""So many lengths a question for positions has: another one after each answer that did not come, lest it be taken for
+one to the next question. What is read behind the position are its profile's velocity and position.
+"""
 _STARVED_S = 0.1
 """Where each tick is one of positions, another question takes its place after so long, s."""
 _LAST_WORDS = 3
@@ -67,7 +71,7 @@ class DynamixelServos(Driver):
         self._t = self._t_watched = self._t_other = 0.0
         self._t_host = -HOLD
         self._watched = cycle(_STATE)
-        self._openings = 0
+        self._openings = self._missed = 0
         self._counts = {"not_asked": 0, "other_host": 0}
 
     def poll(self, t: float) -> Sequence[Reading]:
@@ -183,7 +187,9 @@ class DynamixelServos(Driver):
             self._stream.write(burst)
 
     def _positions(self, t: float, looking: bool) -> bytes | None:
-        return self._ask_several(x.PRESENT_POSITION, partial(self._take_position, t), t, looking)
+        address, length = x.PRESENT_POSITION
+        item = Item(address, length + self._missed % _LENGTHS)
+        return self._ask_several(item, partial(self._take_position, t), t, looking)
 
     def _other(self, t: float, looking: bool) -> bytes | None:
         """Return what one servo is to be asked or told, in turn, or a question on the state of all."""
@@ -197,7 +203,8 @@ class DynamixelServos(Driver):
             self._turn = (self._turn + 1) % len(self._links)
             link = self._links[self._turn]
             if packet := link.question(t, looking=looking):
-                self._exchange = Exchange([link], self._take_answer, t, self._patience(len(packet) + 40))
+                patience = self._patience(len(packet) + 40)
+                self._exchange = Exchange([link], link.due, self._take_answer, t, patience)
                 return packet
         return None
 
@@ -209,7 +216,8 @@ class DynamixelServos(Driver):
         asked = [link for link in ordered if link.wait_for(t) and (looking or link.ready)]
         if not asked:
             return None
-        self._exchange = Exchange(asked, take, t, self._patience(self._params.cycle_bytes))
+        count = self._params.cycle_bytes + len(asked) * (item.length - x.PRESENT_POSITION.length)
+        self._exchange = Exchange(asked, item.length, take, t, self._patience(count))
         return dynamixel.sync_read([link.id for link in asked], *item)
 
     def _patience(self, count: int) -> float:
@@ -217,6 +225,10 @@ class DynamixelServos(Driver):
 
     def _take_position(self, t: float, link: ServoLink, answer: Status | None) -> None:
         """Take a position that was asked for at t, s."""
+        if answer is None:
+            self._missed += 1
+        else:
+            answer = answer._replace(parameters=answer.parameters[: x.PRESENT_POSITION.length])
         position = self._number(link, answer, x.PRESENT_POSITION)
         if position is not None:
             heard, i = Heard(link.hear_position(position), t, True, not link.faulty), self._links.index(link)
