@@ -22,7 +22,7 @@ from firmware_py.wire.serial import vectornav as vn
 from firmware_py.wire.serial import xsens as xbus
 
 from .device import ATTITUDES, FIXES
-from .instruments import nmea_receiver, sbg, vectornav
+from .instruments import nmea_receiver, sbg, ublox, vectornav
 
 TRUTH = ATTITUDES[1]
 
@@ -149,6 +149,8 @@ def test_accuracy_of_a_receiver_is_what_it_tells_last_or_by_its_dilution():
     [_, old] = heard("nmea_receiver", after, nmea_receiver.position(fix, 600.0))
     assert old.heard.value.std == pytest.approx(4.5)
     [best] = heard("nmea_receiver", nmea_receiver.accuracy(1e-4, 10.0) + nmea_receiver.position(fix, 10.0))
+    assert best.heard.value.std == 0.1
+    [best] = heard("ublox", ublox.encode(fix._replace(std=0.01), 10.0))
     assert best.heard.value.std == 0.1
 
 

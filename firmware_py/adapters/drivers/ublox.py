@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from firmware_py.adapters.drivers import fix_accuracy
 from firmware_py.adapters.drivers.driver import Reading
 from firmware_py.adapters.drivers.stream_driver import Instrument
 from firmware_py.adapters.drivers.talk import Talk
@@ -22,7 +23,8 @@ WEEK = 604800.0
 def readings(message: NavPvt | ubx.Ack, t: float) -> Iterable[Reading]:
     """Return the position of a fix that was valid at t, s, with the receiver's estimate of its accuracy as 1 sigma."""
     if isinstance(message, NavPvt):
-        value = Fix(message.latitude, message.longitude, message.horizontal_accuracy)
+        std = fix_accuracy.at_least(message.horizontal_accuracy)
+        value = Fix(message.latitude, message.longitude, std)
         yield Reading("fix", 0, Heard(value, t, True, message.usable and value.std > 0.0))
 
 
