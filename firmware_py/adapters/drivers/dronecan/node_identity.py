@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-SILENT_S = 3.0
-"""Who was not heard for longer, s, may have been replaced (OFFLINE_TIMEOUT of DroneCAN's NodeStatus)."""
 _TRIES, _RETRY = 3, 1.0
 """So many requests, this far apart, s, go to a node that does not answer."""
 
@@ -17,7 +15,9 @@ class NodeIdentities:
     Another id is another device.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, offline: float) -> None:
+        """Begin; who was not heard for longer than `offline`, s, may have been replaced."""
+        self._offline = offline
         self.unique_ids: dict[int, bytes] = {}
         """By node id: those heard first."""
         self.replaced: set[int] = set()
@@ -29,7 +29,7 @@ class NodeIdentities:
 
     def hear_status(self, node_id: int, went_back: bool, t: float) -> None:
         """Take note of a NodeStatus; `went_back` says that its uptime is less than before."""
-        silent = t - self._t_heard.get(node_id, -math.inf) > SILENT_S
+        silent = t - self._t_heard.get(node_id, -math.inf) > self._offline
         self._t_heard[node_id] = t
         if went_back:
             self._began_anew.add(node_id)

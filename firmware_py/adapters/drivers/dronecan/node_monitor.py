@@ -82,7 +82,7 @@ class NodeMonitor:
     def __init__(self, asked: Collection[int] | None = None) -> None:
         """Take the nodes that are asked who they are; None is all."""
         self._asked = asked
-        self.identities = NodeIdentities()
+        self.identities = NodeIdentities(OFFLINE)
         self._nodes: dict[int, _Node] = {}
         self._watches: dict[tuple[int, int], SenderWatch] = {}
         self.noticed: dict[int, float] = {}
