@@ -19,6 +19,7 @@ from firmware_py.wire.dronecan.equipment_messages import ActuatorCommand, ArrayC
 from firmware_py.wire.dronecan.message_table import ARRAY_COMMAND
 from firmware_py.wire.dronecan.transfer import TransferSender
 from tests.contract.bus_contract import BusContract, TwoProcesses, collect, doors
+from tests.contract.node_contract import NodeContract
 
 pytestmark = pytest.mark.vcan
 SPEC = "socketcan:vcan0"
@@ -31,6 +32,12 @@ def interfaces():
 
 def ip(*words: str) -> None:
     subprocess.run(["ip", "link", *words], check=True)
+
+
+class TestNodes(NodeContract):
+    @pytest.fixture
+    def spec(self):
+        return SPEC
 
 
 class TestSocketCan(BusContract, TwoProcesses):
