@@ -297,6 +297,22 @@ def test_wrong_length(bench):
     assert 3 <= bench.lost()["unready"] <= 5
 
 
+def test_hostile_bytes_raise_nothing(bench):
+    """Whatever answers at its address: another device, or a bus whose lines are shorted."""
+    source, read = random.Random(2), bench.sensor.read_i2c_block_data
+
+    def odd(address: int, register: int, length: int) -> list[int]:
+        read(address, register, length)
+        return list(source.choice((bytes(length), b"\xff" * length, source.randbytes(source.randrange(2 * length)))))
+
+    bench.sensor.read_i2c_block_data = odd
+    for _ in range(600):
+        assert all(math.isfinite(heard.value) and heard.t_valid <= bench.t for heard in bench.poll() if heard.ok)
+    bench.sensor.read_i2c_block_data = read
+    bench.sensor.powered = False
+    assert bench.poll(300)[-1].value == pytest.approx(101_325.0, abs=5.0)
+
+
 def test_late_ticks_that_follow_at_once_read_nothing_too_early(bench):
     """Cycles that were late run one behind the other: time of the ticks goes on, that of the sensor hardly."""
     for _ in range(30):
