@@ -311,6 +311,23 @@ def test_a_limp_fin_does_not_leap_when_its_servo_has_lost_its_power_whichever_qu
     assert bench.losses["port_restarts"] == 1
 
 
+@pytest.mark.parametrize("phase", range(30, 75, 3))
+def test_a_fin_does_not_leap_when_its_servo_lost_its_power_just_before_arming(launch, phase):
+    bench = launch()
+    servo, positions = bench.servos[PORT], []
+    bench.run(1.0)
+    servo.power_on(bench.t)
+    bench.run(0.01 * phase)
+    for _ in range(200):
+        positions.append(servo.position)
+        bench.tick(GOALS, armed=True)
+    step = math.radians(120.0) * 0.01 / COUNT
+    assert max(abs(b - a) for a, b in itertools.pairwise(positions)) <= step + 1.5
+    assert positions[-1] == bench.fins[PORT].counts(GOALS[PORT])
+    assert bench.losses["port_restarts"] == 1
+    assert servo.get(x.BUS_WATCHDOG) == 25
+
+
 def test_a_servo_that_is_gone_does_not_take_the_others_with_it(flying):
     bench = flying
     bench.chain.silent.add(PORT)

@@ -51,6 +51,9 @@ class ServoLink:
 
     Attributes:
         counts: what went wrong, by cause.
+        ready: whether it is set up and answers.
+        known: whether it was ever heard.
+        seen: whether it answers, set up or not.
         restarted: whether it has restarted since this was last asked for.
         doubled: whether two servos answer under its id.
         torque: whether its motor has power, as far as is known.
@@ -62,7 +65,7 @@ class ServoLink:
         self.fin, self.id, self._params = fin, fin.params.id, params
         self.counts: dict[str, int] = {}
         self.restarted = self.doubled = self.torque = False
-        self._ready = self._known = self._seen = self._watched = self._forgets = False
+        self.ready = self.known = self.seen = self._watched = self._forgets = self._profile_told = False
         self._wanted, self._t_told = False, 0.0
         self._alert, self._error, self._shutdown = False, HardwareError(0), HardwareError(0)
         self._t_heard = self._t_again = self._t_reboot = self.t_quiet = 0.0
@@ -72,36 +75,21 @@ class ServoLink:
         self._answers = self._twice = 0
 
     @property
-    def ready(self) -> bool:
-        """Return whether it is set up and answers."""
-        return self._ready
-
-    @property
-    def known(self) -> bool:
-        """Return whether it was ever heard."""
-        return self._known
-
-    @property
-    def seen(self) -> bool:
-        """Return whether it answers, set up or not."""
-        return self._seen
-
-    @property
     def faulty(self) -> bool:
         """Return whether a fault has shut it down. An alert alone does not tell: it may be of low voltage."""
         return bool(self._error & self._shutdown)
 
     def begin(self, t: float, pause: float = 0.0) -> None:
         """Set it up anew, at the earliest so long after t, s."""
-        self._ready = self._seen = False
+        self.ready = self.seen = False
         self._talk, self._packet, self._t_again = None, b"", t + pause
 
     def wait_for(self, t: float) -> bool:
         """Return whether it was heard lately; notice at t, s, that it has fallen silent."""
-        if self._seen and t - self._t_heard > self._params.timeout:
+        if self.seen and t - self._t_heard > self._params.timeout:
             self.count("timeouts")
             self.begin(t)
-        return self._seen
+        return self.seen
 
     def question(self, t: float, *, looking: bool = False) -> bytes:
         """Return what it alone must be asked or told at t, s; empty for nothing.
@@ -147,7 +135,9 @@ class ServoLink:
 
     def hear_state(self, item: Item, value: int, t: float) -> None:
         """Take what it told of its state at t, s: a restart switches off its watchdog, a fault its torque."""
-        if item == x.BUS_WATCHDOG and value != self._watchdog:
+        if item == x.BUS_WATCHDOG and value == self._watchdog:
+            self._profile_told = False
+        elif item == x.BUS_WATCHDOG:
             if value == x.WATCHDOG_STRUCK:
                 self.count("watchdog_struck")
             if value or not self._forgets:
@@ -164,15 +154,17 @@ class ServoLink:
     def steer(self, wanted: bool, t: float) -> bool:
         """Take whether its motor is to have power at t, s; return whether that must be told.
 
-        One that is lost may still hear: it can lose its power, and does not get it.
+        One that is lost may still hear: it can lose its power, and does not get it. One that gets power must be told
+        its speed with it: it may have restarted, and not been found out yet.
         """
         self._wanted = wanted
-        if not self._ready:
+        if not self.ready:
             self.torque &= wanted
             return not wanted
         if wanted == self.torque or (wanted and self.faulty):
             return False
         self.torque, self._t_told = wanted, t
+        self._profile_told |= wanted
         return True
 
     def goal(self, angle: float, begins: bool) -> int:
@@ -197,8 +189,8 @@ class ServoLink:
     def _next(self, t: float, looking: bool) -> Talk | None:
         """Return what is to be asked or told next, if anything."""
         if looking:
-            return None if self._seen else self._sought()
-        if not self._ready:
+            return None if self.seen else self._sought()
+        if not self.ready:
             return self._set_up()
         if self._alert:
             return self._error_read()
@@ -215,13 +207,13 @@ class ServoLink:
         model = int.from_bytes(pong.parameters[:2], "little")
         if model not in x.MODELS:
             raise SetUpError(f"unknown_model_{model}")
-        self._seen = True
+        self.seen = True
 
     def _set_up(self) -> Talk:
         yield from self._sought()
         answering = self._told(x.STATUS_RETURN_LEVEL, 2)
         watchdog = yield from self._read(x.BUS_WATCHDOG, before=answering)
-        self._known = True
+        self.known = True
         if self._watched and not watchdog:
             yield from self._restart_or_not()
         both = yield from self._read(_SHUTDOWN_AND_TORQUE)
@@ -234,12 +226,12 @@ class ServoLink:
         if (yield from self._read(x.BUS_WATCHDOG, before=unlocked + running)) != self._watchdog:
             raise SetUpError("refused")
         self._position = yield from self._read(x.PRESENT_POSITION, signed=True)
-        self.torque, self._ready, self._watched = torque, True, True
+        self.torque, self.ready, self._watched = torque, True, True
 
     def _restart_or_not(self) -> Talk:
         """Find out why a watchdog that was set is off: a restart makes the servo forget its profile too."""
         profile = (yield from self._read(_PROFILE)) >> 16
-        self._watched, self._forgets = False, profile == self.fin.profile_velocity
+        self._watched, self._forgets = False, profile == self.fin.profile_velocity and not self._profile_told
         self.restarted = not self._forgets
         self.count("watchdog_lost" if self._forgets else "restarts")
 

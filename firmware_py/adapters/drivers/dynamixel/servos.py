@@ -161,8 +161,8 @@ class DynamixelServos(Driver):
         return self._exchange is None
 
     def _orders(self, applied: Applied, t: float) -> list[bytes]:
-        """Return what needs no answer: where the servos shall go, then which of them get or lose power."""
-        goals, switched = [], []
+        """Return what needs no answer: how fast and where servos shall go, then which of them get or lose power."""
+        speeds, goals, switched = [], [], []
         for i, link in enumerate(self._links):
             if not link.known:
                 continue
@@ -170,10 +170,12 @@ class DynamixelServos(Driver):
             begins = link.steer(angle is not None, t)
             if begins:
                 switched.append((link.id, bytes((link.torque,))))
+                if link.torque:
+                    speeds.append((link.id, _bytes(link.fin.profile_velocity)))
             if angle is not None:
                 goals.append((link.id, _bytes(link.goal(angle, begins))))
-        packets = [_sync_write(x.GOAL_POSITION, goals)] if goals else []
-        return packets + ([_sync_write(x.TORQUE_ENABLE, switched)] if switched else [])
+        each = ((x.PROFILE_VELOCITY, speeds), (x.GOAL_POSITION, goals), (x.TORQUE_ENABLE, switched))
+        return [_sync_write(item, data) for item, data in each if data]
 
     def _speak(self, orders: list[bytes], t: float, *, looking: bool = False) -> None:
         """Send orders and a question."""
