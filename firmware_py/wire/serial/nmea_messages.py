@@ -12,6 +12,8 @@ from typing import NamedTuple
 UNKNOWN = -1
 """A whole number that was not told."""
 _UNKNOWN = math.nan
+_FEWEST = 3
+"""Satellites of a position at sea level."""
 
 
 class Position(NamedTuple):
@@ -48,8 +50,12 @@ class Position(NamedTuple):
 
     @property
     def usable(self) -> bool:
-        """Return True if satellites gave this position: not if it was reckoned, entered or simulated."""
-        return 1 <= self.quality <= 5 and math.isfinite(self.latitude + self.longitude)
+        """Return True if satellites gave this position: not if it was reckoned, entered or simulated.
+
+        Fewer than three satellites give none, whatever the quality says.
+        """
+        enough = self.satellites == UNKNOWN or self.satellites >= _FEWEST
+        return 1 <= self.quality <= 5 and enough and math.isfinite(self.latitude + self.longitude)
 
 
 class PositionSigma(NamedTuple):

@@ -20,15 +20,16 @@ def accuracy(std, clock) -> bytes:
     return NMEAMessage("GN", "GST", GET, time=moment(clock), **content).serialize()
 
 
-def position(truth, clock, quality=1) -> bytes:
+def position(truth, clock, quality=1, satellites=12) -> bytes:
     latitude, longitude = math.degrees(truth.latitude), math.degrees(truth.longitude)
-    content = {"quality": quality, "numSV": 12, "HDOP": 0.9, "alt": 1.0, "sep": 40.0, "altUnit": "M", "sepUnit": "M"}
+    fix = {"quality": quality, "numSV": satellites, "HDOP": 0.9}
+    content = fix | {"alt": 1.0, "sep": 40.0, "altUnit": "M", "sepUnit": "M"}
     place = {"lat": latitude, "NS": "NS"[latitude < 0], "lon": longitude, "EW": "EW"[longitude < 0]}
     return NMEAMessage("GN", "GGA", GET, time=moment(clock), **place, **content).serialize()
 
 
-def encode(truth, clock, quality=1) -> bytes:
-    return accuracy(truth.std, clock) + position(truth, clock, quality)
+def encode(truth, clock, quality=1, satellites=12) -> bytes:
+    return accuracy(truth.std, clock) + position(truth, clock, quality, satellites)
 
 
 def corrupt(content: bytes) -> bytes:
@@ -43,7 +44,13 @@ DEVICE = Device(
     FAR_FIXES,
     encode,
     corrupt,
-    (encode(FIXES[0], 1.0, quality=0), encode(FIXES[0], 2.0, quality=6), encode(FIXES[0], 3.0, quality=8)),
+    (
+        encode(FIXES[0], 1.0, quality=0),
+        encode(FIXES[0], 2.0, quality=6),
+        encode(FIXES[0], 3.0, quality=8),
+        encode(FIXES[0], 4.0, satellites=0),
+        encode(FIXES[0], 5.0, satellites=2),
+    ),
     tolerance=(2e-9, 2e-9, 1e-3),
     clocked=True,
     family="nmea",
