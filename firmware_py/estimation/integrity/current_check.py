@@ -62,7 +62,8 @@ _TURNED = math.radians(20.0)
 _FIRST = 5.0
 """Over so long the current is averaged first, s."""
 _OFFSET, _HULL = 20.0, 0.02
-"""Time constant over which the hull's model is compared with the filter, s, and what it is off by then, m/s."""
+"""Time constant over which the hull's model is compared with the filter, s, since that is relied on again at most; and
+what it is off by then, m/s."""
 _HOLDS = 300.0
 """For so long, s, that holds."""
 _GAP = 1.0
@@ -202,7 +203,7 @@ class CurrentCheck:
             through.append((u, v))
             m.std = known.current.std
             if hull is not None:
-                share = gap / (_OFFSET + gap)
+                share = gap / (min(_OFFSET, t - m.relied) + gap)  # what was so before the filter was lost is over
                 m.off_u += share * (u - hull.u - m.off_u)
                 m.off_v += share * (v - hull.v - m.off_v)
                 m.known = t

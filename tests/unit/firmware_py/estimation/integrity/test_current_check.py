@@ -154,6 +154,16 @@ def test_a_filter_that_was_lost_puts_no_hull_right_for_two_minutes() -> None:
     assert 1.75 < hull.u < 1.8
 
 
+def test_what_a_filter_shows_after_two_minutes_takes_the_place_of_what_it_showed_before() -> None:
+    """The vehicle is another one since: ten seconds tell by how much, or its sound DVL seems to be off."""
+    check = CurrentCheck(WALK, VEHICLE)
+    slower = {"lost": lambda t: 10.0 < t < 30.0 or t > 160.0, "thrust": lambda t: 1.8 if t < 30.0 else 1.6}
+    fly(160.0, filter_off=lambda t: 0.0 if t < 30.0 else -0.2, check=check, **slower)
+    hull = check.corrected(HULL)
+    assert hull is not None
+    assert hull.u == pytest.approx(1.6, abs=0.02)
+
+
 def test_it_goes_on_from_a_memory_as_if_nothing_had_been() -> None:
     one, other = CurrentCheck(WALK, VEHICLE), CurrentCheck(WALK, VEHICLE)
     fly(95.0, lie=lambda t: 0.05 * max(0.0, t - 90.0), check=one)
