@@ -273,12 +273,12 @@ class SensorIntegrity:
     def _ask_model(self, t: float, n: float, gone: bool, frame: SensorFrame, applied: Applied) -> None:
         """Let propeller and fins drive the models, and compare heading and DVL with them."""
         attitude, model = self._attitude.memory, self.model
-        self._velocity.step(0.1, n, attitude.theta, gone, model.memory.motion.brakes)
+        upright = abs(attitude.theta) < _STEEP and abs(attitude.phi) < _ROLLED
+        self._velocity.step(0.1, n, attitude.theta, gone, model.memory.motion.brakes, upright)
         velocity = self._velocity.memory
         reported = all(fin.usable(t, 1.0) and math.isfinite(fin.value) for fin in frame.fins)
         fins = [fin.value for fin in frame.fins] if reported else list(applied.fins)
         steered = reported and velocity.holds and velocity.likely > _UNDER_WAY
-        upright = abs(attitude.theta) < _STEEP and abs(attitude.phi) < _ROLLED
         driven = applied.armed and n >= 0.0 and not gone and upright
         model.step(0.1, n, attitude.theta, fins, steered, driven, self._vertical.depth > self._params.surface)
         if model.heading_drifts:

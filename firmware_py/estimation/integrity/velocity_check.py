@@ -4,6 +4,8 @@ What u leaves the speed by thrust and drag by is followed in two ways: as thrust
 that drag takes the hull back to what the propeller drives it to (`likely`); and as a current, which no drag takes, and
 which turns against the hull when that turns. A DVL is wrong where u has left both. With the first alone a sound DVL was
 named in a current of 1.2 m/s: of a hull of 1.3 m, whose drag is great for its mass, straight on too.
+
+Of a hull that lies on its side, or stands on its end, no model says how fast it should be, nor what the water does.
 """
 
 from __future__ import annotations
@@ -49,7 +51,7 @@ class VelocityCheckMemory:
 
     `driven` is the speed that thrust and drag alone make, in whatever current, m/s; NaN: the propeller does not drive,
     and what it drove the hull to before is braked away. `north` and `east` are the current that pings leave that by,
-    m/s; NaN: none yet.
+    m/s; NaN: none yet. `upright` is whether the hull lies as the models have it.
     `turning` is the square of the greatest rate of turn since then, rad^2/s^2; `current` and `way` are what
     `CurrentCheck` and `WayCheck` remember.
     """
@@ -63,6 +65,7 @@ class VelocityCheckMemory:
     north: float = math.nan
     east: float = math.nan
     holds: bool = False
+    upright: bool = True
     measured: bool = False
     turning: float = 0.0
     current: CurrentCheckMemory = field(default_factory=CurrentCheckMemory)
@@ -81,7 +84,7 @@ class VelocityCheck:
         self._drag, self._lift = vehicle.surge_drag, vehicle.lift_ahead
         self.memory = VelocityCheckMemory()
 
-    def step(self, dt: float, n: float, theta: float, dropped: bool, brakes: float) -> None:
+    def step(self, dt: float, n: float, theta: float, dropped: bool, brakes: float, upright: bool = True) -> None:
         """Let thrust, drag and buoyancy act for dt, s.
 
         Args:
@@ -90,10 +93,11 @@ class VelocityCheck:
             theta: pitch, rad.
             dropped: whether the drop weight is gone.
             brakes: what turning and fins do to the speed ahead, m/s^2.
+            upright: whether the hull is neither rolled nor pitched beyond what the models are proven for.
         """
         memory = self.memory
         pull, likely, lift = n * self._ratio, memory.likely, self._lift * math.sin(theta) + brakes
-        memory.holds = pull >= _DRIVEN and not dropped
+        memory.upright, memory.holds = upright, pull >= _DRIVEN and upright and not dropped
         memory.likely = self._pulled(likely, pull, lift, dt)
         if memory.driven == memory.driven:
             memory.driven = self._pulled(memory.driven, pull, lift, dt)
@@ -113,10 +117,14 @@ class VelocityCheck:
             self.memory.turning = squared
 
     def see(self, hull: HullVelocity | None, attitude: bool) -> None:
-        """Take what the hull's model says, and whether there is an attitude: without it nothing tells of a current."""
+        """Take what the hull's model says, and whether there is an attitude.
+
+        Without it nothing tells of a current, nor does the filter of a hull that rolls over: it takes that for water.
+        """
         self.current.hull = hull if attitude else None
-        if not attitude:
+        if not (attitude and self.memory.upright):
             self.current.known = None
+        if not attitude:
             self.turn(0.0, _UNSEEN, 0.0)
 
     def check(self, heard: Heard[Dvl], t: float, watch: SourceWatch, depth: float, angles: tuple[float, float]) -> bool:

@@ -9,17 +9,21 @@ import pytest
 
 from firmware_py import config_files
 from firmware_py.adapters.installation import configs
+from firmware_py.estimation.integrity.integrity import SensorIntegrity
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.integrity.motion_model import MotionModel
 from firmware_py.estimation.integrity.source_watch import SourceWatch
 from firmware_py.estimation.integrity.velocity_check import VelocityCheck
-from firmware_py.estimation.navigation.velocity import UNKNOWN_CURRENT, HullVelocity
+from firmware_py.estimation.navigation.navigation import NavigationParams
+from firmware_py.estimation.navigation.velocity import UNKNOWN_CURRENT, Current, FilterVelocity, HullVelocity
 from firmware_py.params import load
+from firmware_py.records.command import Applied
 from firmware_py.records.health import SourceFault
-from firmware_py.records.sensing import Dvl, Heard
+from firmware_py.records.sensing import Ahrs, Dvl, Heard, SensorFrame
+from firmware_py.tick import Tick
 from firmware_py.vehicle.vehicle import Vehicle
 
-from .voyage import DEG, VEHICLE
+from .voyage import AT_U, DEG, VEHICLE, named, voyage
 
 REMUS: Vehicle = load(
     Vehicle, config_files.read_table(Vehicle, configs() / "remus100" / "vehicle.toml", {}), "vehicle.toml"
@@ -87,3 +91,29 @@ def test_in_any_current_a_dvl_that_drifts_is_named_turning_or_not(
     assert told
     assert told[0][1] is SourceFault.DRIFT
     assert 55.0 < told[0][0] <= 75.0, "against a current u has to pass what thrust alone would make"
+
+
+class _BesideFilter(SensorIntegrity):
+    """Beside a filter that is lost for two seconds, and then takes for a current of 1 m/s what is none."""
+
+    def update(
+        self, tick: Tick, frame: SensorFrame, applied: Applied, known: FilterVelocity | None = None
+    ) -> SensorFrame:
+        if not 94.0 < tick.t < 96.0:
+            water = Current(0.5, 0.9, 0.1, tick.t) if tick.t > 95.0 else Current(0.0, 0.0, 0.01, tick.t)
+            known = AT_U._replace(t=tick.t - 0.2, current=water, std=0.01)
+        return super().update(tick, frame, applied, known)
+
+
+@pytest.mark.parametrize("most", [100.0, 50.0])
+def test_a_hull_that_rolls_over_accuses_no_dvl(most: float) -> None:
+    """Its filter laid the turning to the water, and beyond 60 deg of roll it would be asked alone."""
+
+    def roll(t: float, said: Ahrs) -> Ahrs:
+        phi = min(max(0.0, t - 90.0) * 12.0, most) * DEG
+        p = 12.0 * DEG if 0.0 < phi < most * DEG else 0.0
+        return said._replace(phi=said.phi + phi, p=said.p + p, q=DEG * math.sin(phi), r=DEG * math.cos(phi))
+
+    integrity = _BesideFilter(IntegrityParams(), NavigationParams(), VEHICLE)
+    seen = named(voyage(110.0, {"ahrs": roll}, integrity=integrity))
+    assert not [health for _, name, health in seen if name == "dvl"]
