@@ -421,6 +421,9 @@ def test_parameters_of_a_foreign_node_are_set_and_saved_and_one_that_it_does_not
         assert server.saved["SERVO_RATE"] == 100
         for words, said in (
             (("--set", "SERVO_RATE=fast"), "--set SERVO_RATE=fast: must be of type int64"),
+            (("--set", f"SERVO_RATE={2**63}"), f"--set SERVO_RATE={2**63}: must be of type int64"),
+            (("--set", f"{'A' * 93}=1"), "a name has at most 92 bytes"),
+            (("--set", f"SERVO_RATE={'1' * 129}"), "a value has at most 128 bytes"),
             (("--set", "NO_SUCH=1"), "--set NO_SUCH: node 77 has no such parameter"),
             (("--set", "SERVO_RATE"), "write NAME=VALUE"),
             (("--save",), "--save keeps what --set NAME=VALUE sets"),

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from firmware_py.adapters.drivers.dronecan.node_client import SAVE, NodeClient
-from firmware_py.error_text import quoted
+from firmware_py.error_text import quoted, shortened
 from firmware_py.foreign_text import text_or_hex
 from firmware_py.run.usage_error import UsageError
 from firmware_py.wire.dronecan.node_messages import Empty, GetSetRequest, GetSetResponse, NumericValue, Value
@@ -19,6 +19,10 @@ from sternplane.hardware.shared_bus import shared_bus
 _NOTHING, _INTEGER, _REAL, _BOOLEAN, _TEXT = range(5)
 """Tags of a value."""
 _KINDS = ("", "int64", "float32", "bool", "text")
+_LONGEST_NAME, _LONGEST_TEXT = 92, 128
+"""Bytes."""
+_LARGEST_INTEGER, _LARGEST_REAL = 2**63 - 1, 3.4028235e38
+"""What is beyond would be sent as these."""
 
 
 def command(options: argparse.Namespace) -> int:
@@ -88,6 +92,9 @@ def _pair(text: str) -> tuple[str, str]:
     name, equals, value = text.partition("=")
     if not (name and equals and value):
         raise UsageError(f"--set {quoted(text)}: write NAME=VALUE")
+    for what, part, most in (("name", name, _LONGEST_NAME), ("value", value, _LONGEST_TEXT)):
+        if len(part.encode()) > most:
+            raise UsageError(f"--set {quoted(text)}: a {what} has at most {most} bytes")
     return name, value
 
 
@@ -98,14 +105,16 @@ def _value(name: str, text: str, tag: int) -> Value:
         UsageError: it cannot be one.
     """
     try:
-        if tag == _INTEGER:
-            return Value(tag, int(text))
-        if tag == _REAL:
-            return Value(tag, float(text))
+        if tag == _INTEGER and abs(whole := int(text)) <= _LARGEST_INTEGER:
+            return Value(tag, whole)
+        if tag == _REAL and abs(real := float(text)) <= _LARGEST_REAL:
+            return Value(tag, real)
         if tag == _BOOLEAN:
             return Value(tag, {"false": 0, "0": 0, "true": 1, "1": 1}[text.lower()])
     except (ValueError, KeyError):
-        raise UsageError(f"--set {name}={text}: must be of type {_KINDS[tag]}") from None
+        pass
+    if tag not in (_TEXT, _NOTHING):
+        raise UsageError(f"--set {shortened(f'{name}={text}')}: must be of type {_KINDS[tag]}")
     return Value(_TEXT, text.encode())
 
 
