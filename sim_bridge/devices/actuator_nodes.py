@@ -22,7 +22,7 @@ from firmware_py.wire.dronecan.equipment_messages import (
 from firmware_py.wire.dronecan.fin_servo import FinServo
 from firmware_py.wire.dronecan.message_table import ACTUATOR_STATUS, ESC_STATUS, HARDPOINT_STATUS
 from firmware_py.wire.dronecan.propeller_drive import PropellerDrive
-from sim_bridge.devices.node import DeviceNode
+from sim_bridge.devices.node import NodeFunction
 
 UNKNOWN_POWER = 127
 DROP_WEIGHT = 0
@@ -87,7 +87,7 @@ class FinServos:
         servos: which actuator each is, and what it obeys.
     """
 
-    def __init__(self, params: ServoHubParams, nodes: Sequence[DeviceNode], servos: Sequence[FinServo]) -> None:
+    def __init__(self, params: ServoHubParams, nodes: Sequence[NodeFunction], servos: Sequence[FinServo]) -> None:
         fins = len(servos)
         self._nodes, self._servos, self._params = nodes, servos, params
         self._by_id = {servo.params.id: fin for fin, servo in enumerate(servos)}
@@ -138,7 +138,7 @@ class FinServos:
 class Esc:
     """Receives RPMCommand or RawCommand, sends Status."""
 
-    def __init__(self, params: EscParams, node: DeviceNode, drive: PropellerDrive) -> None:
+    def __init__(self, params: EscParams, node: NodeFunction, drive: PropellerDrive) -> None:
         self.node = node
         self._drive = drive
         self._params = params
@@ -172,7 +172,7 @@ class Hardpoint:
     autopilot off nor before a flight anything falls.
     """
 
-    def __init__(self, params: HardpointParams, node: DeviceNode) -> None:
+    def __init__(self, params: HardpointParams, node: NodeFunction) -> None:
         self.node = node
         self.released = False
         self._silence = params.release_on_silence or math.inf

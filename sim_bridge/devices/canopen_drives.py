@@ -11,7 +11,7 @@ from firmware_py.wire.canopen.cia402 import Mode
 from firmware_py.wire.canopen.fin_drive import CanOpenParams, FinDrive
 from firmware_py.wire.canopen.frames import Frame
 from sim_bridge.devices.canopen_drive import Drive
-from sim_bridge.devices.node import DeviceNode
+from sim_bridge.devices.node import NodeFunction
 
 _FRAMES_PER_TICK = 256
 
@@ -23,10 +23,10 @@ class FinDrives:
         params: table [canopen] of the io file.
         fins: of each the counts of its drive.
         port: their bus.
-        supply: the node that is switched off and on in their place, by faults.
+        supply: what is switched off and on in their place, by faults.
     """
 
-    def __init__(self, params: CanOpenParams, fins: Sequence[FinDrive], port: FramePort, supply: DeviceNode) -> None:
+    def __init__(self, params: CanOpenParams, fins: Sequence[FinDrive], port: FramePort, supply: NodeFunction) -> None:
         self._fins, self._port, self._supply = fins, port, supply
         self._rate = params.rate
         self.drives: list[Drive] = []

@@ -27,7 +27,7 @@ from sim_bridge.devices.faulty_bus import FaultyBus
 from sim_bridge.devices.instrument_nodes import publishers
 from sim_bridge.devices.instruments import Instruments, InstrumentsParams
 from sim_bridge.devices.line_device import Line
-from sim_bridge.devices.node import DeviceNode
+from sim_bridge.devices.node import DeviceNode, NodeFunction
 from sim_bridge.devices.payload import PayloadDevice, PayloadParams
 from sim_bridge.devices.sensors import Corruption, Timing, due
 from sim_bridge.plant.plant import Plant
@@ -98,6 +98,8 @@ class OnLine(Protocol):
 class Devices:
     """Every device of the simulated vehicle, a `bridge.DevicePort`; `nodes` by the names of `NodeIds`.
 
+    Roles of one id in the io file are functions of one node, which speaks for all of them.
+
     `malformed` counts commands whose payload does not fit their type; they are ignored.
     """
 
@@ -116,11 +118,18 @@ class Devices:
         self.bus = FaultyBus(bus)
         ids, servos = wiring.nodes, wiring.servos
         named = ids.by_name | {device.name: device.node for device in wiring.measuring if device.node}
-        self.nodes = {name: DeviceNode(node_id, name, self.bus) for name, node_id in named.items()}
         own = {servo.params.node for servo in servos} - {0, ids.servo_hub}
-        self._servo_nodes = {node_id: DeviceNode(node_id, f"servo{node_id}", self.bus) for node_id in sorted(own)}
+        roles = dict[int, list[str]]()
+        for name, node_id in (*named.items(), *((f"servo{node_id}", node_id) for node_id in sorted(own))):
+            roles.setdefault(node_id, []).append(name)
+        self._by_id = {
+            node_id: DeviceNode(node_id, names[0] if len(names) == 1 else f"node{node_id}", self.bus)
+            for node_id, names in roles.items()
+        }
+        functions = {name: NodeFunction(self._by_id[node_id]) for node_id, names in roles.items() for name in names}
+        self.nodes = {name: functions[name] for name in named}
         hub = self.nodes["servo_hub"]
-        on_nodes = [self._servo_nodes.get(servo.params.node, hub) for servo in servos]
+        on_nodes = [functions.get(f"servo{servo.params.node}", hub) for servo in servos]
         self.malformed = 0
         self._port: FramePort = self.bus
         self._hub: FinServos | FinDrives | DynamixelFins = FinServos(params.servo_hub, on_nodes, servos)
@@ -140,13 +149,13 @@ class Devices:
         self._on_lines = on_lines
         self._instruments = instruments
         self._autopilot_id = autopilot_id
-        self._others: list[DeviceNode] = []
+        self._saying = [*self._by_id.values()]
+        """Who sends NodeStatus here; a sensor of one's own does it itself."""
         mountings = {device.name: device.mounting for device in wiring.measuring}
         self._publishers = publishers(params, instruments, self.nodes, mountings)
         self._commands = Reassembler(
             [m.ARRAY_COMMAND, m.RPM_COMMAND, m.RAW_COMMAND, m.HARDPOINT_COMMAND, m.ARMING_STATUS]
         )
-        self._by_id = {node.node_id: node for node in (*self.nodes.values(), *self._servo_nodes.values())}
         self._payload: list[PayloadDevice] = []
         self._base_hz = base_hz
         self._hardpoint_rate = params.hardpoint.status
@@ -195,7 +204,7 @@ class Devices:
         if due(k, self._hardpoint_rate, self._base_hz):
             self._hardpoint.publish_status(plant.drop_weight)
         if due(k, 1, self._base_hz):
-            for node in (*self.nodes.values(), *self._servo_nodes.values(), *self._others):
+            for node in self._saying:
                 node.publish_status(t)
         for device in self._on_lines.values():
             device.update(k, t, plant)
@@ -216,17 +225,16 @@ class Devices:
         self._payload.append(device)
 
     def switch_off(self, device: str) -> Callable[[], None]:
-        """Switch a node, or what is on a line, off; what it has measured and not yet sent is lost."""
-        if device == "leak":  # the hygrometer sends through the battery's node
+        """Switch a function of a node, or what is on a line, off; what it has measured and not yet sent is lost."""
+        if device == "leak":  # the hygrometer is a part of the battery
             hygrometer = self._publishers["leak"]
             hygrometer.muted = True
             return lambda: setattr(hygrometer, "muted", False)
         if (on_line := self._on_lines.get(device)) is not None:
             on_line.switch_off()
             return on_line.switch_on
-        node = self.nodes[device]
-        node.powered = False
-        return node.restart
+        self.nodes[device].switch_off()
+        return self.nodes[device].switch_on
 
     def silence_fin(self, fin: int) -> Callable[[], None]:
         """Leave one fin out of the servo hub's reports."""
@@ -248,8 +256,8 @@ class Devices:
     def add_duplicate_autopilot(self) -> Callable[[], None]:
         """Add a node with the autopilot's id, which sends NodeStatus."""
         node = DeviceNode(self._autopilot_id, "duplicate", self.bus)
-        self._others.append(node)
-        return lambda: self._others.remove(node)
+        self._saying.append(node)
+        return lambda: self._saying.remove(node)
 
     def _accept_command(self, command: Transfer, t: float) -> None:
         try:

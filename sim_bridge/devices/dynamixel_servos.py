@@ -9,7 +9,7 @@ from firmware_py.wire.serial.dynamixel import Instruction, Status
 from firmware_py.wire.serial.dynamixel_fins import DynamixelFin
 from sim_bridge.devices.dynamixel_servo import Servo
 from sim_bridge.devices.line_device import Line
-from sim_bridge.devices.node import DeviceNode
+from sim_bridge.devices.node import NodeFunction
 
 
 class ServoChain:
@@ -64,10 +64,10 @@ class DynamixelFins:
     Args:
         fins: of each the counts of its servo.
         line: their end of it.
-        supply: the node that is switched off and on in their place, by faults.
+        supply: what is switched off and on in their place, by faults.
     """
 
-    def __init__(self, fins: Sequence[DynamixelFin], line: Line, supply: DeviceNode) -> None:
+    def __init__(self, fins: Sequence[DynamixelFin], line: Line, supply: NodeFunction) -> None:
         self._fins, self._line, self._supply = fins, line, supply
         self._servos = [Servo(fin.params.id) for fin in fins]
         self._chain = ServoChain(self._servos)

@@ -16,7 +16,7 @@ from firmware_py.wire.dronecan import equipment_messages as eq
 from firmware_py.wire.dronecan import message_table as m
 from sim_bridge.devices.instruments import Instruments, InstrumentsParams, MeasuredPlant
 from sim_bridge.devices.mounted import mounted
-from sim_bridge.devices.node import DeviceNode
+from sim_bridge.devices.node import DeviceNode, NodeFunction
 from sim_bridge.devices.sensors import Corruption, Sensor
 
 V = TypeVar("V")
@@ -28,7 +28,7 @@ class Publisher(Generic[V]):
 
     def __init__(
         self,
-        node: DeviceNode,
+        node: NodeFunction,
         sensor: Sensor[MeasuredPlant, V],
         message: m.MessageType[Any],
         to_record: Callable[[V], Any],
@@ -57,7 +57,7 @@ class Publisher(Generic[V]):
 def publishers(
     params: InstrumentsParams,
     instruments: Instruments,
-    nodes: Mapping[str, DeviceNode],
+    nodes: Mapping[str, NodeFunction],
     mountings: Mapping[str, Mounting],
 ) -> dict[str, Publisher[Any]]:
     """Return a publisher for each sensor on the bus, by its name.

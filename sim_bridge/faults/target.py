@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Protocol, TypeAlias
 import numpy as np
 
 from sim_bridge.devices.faulty_bus import FaultyBus
-from sim_bridge.devices.node import DeviceNode
+from sim_bridge.devices.node import NodeFunction
 from sim_bridge.devices.sensors import Corruption, Sensor
 from sim_bridge.plant.plant import Plant
 
@@ -24,10 +24,10 @@ class DeviceFaults(Protocol):
 
 
 class NodeFaults(Protocol):
-    """What devices on a CAN bus offer beside it: their end of it, and each as a node, by name."""
+    """What devices on a CAN bus offer beside it: their end of it, and each as a function of a node, by name."""
 
     bus: FaultyBus
-    nodes: dict[str, DeviceNode]
+    nodes: dict[str, NodeFunction]
 
     def silence_fin(self, fin: int, /) -> End:
         """Leave one fin out of the servos' reports."""
