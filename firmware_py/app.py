@@ -32,7 +32,7 @@ def parts_factory(configuration: Configuration) -> PartsFactory:
     fence, rally = (configuration.get(name, {}) for name in ("fence", "rally"))  # old logs have none
     plans = mission_from_plain(configuration["mission"]), fence_from_plain(fence), rally_from_plain(rally)
     active, own = ActiveConfiguration(params, *plans), chosen(configuration)
-    return PartsFactory(configuration["files"], model, active, own)
+    return PartsFactory(configuration["files"], model, active, own, configuration.get("shared_nodes", ()))
 
 
 def parameter_store(configuration: Configuration) -> ParameterStore:

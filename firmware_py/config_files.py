@@ -2,8 +2,9 @@
 
 A configuration is {"vehicle": vehicle.toml, "autopilot": autopilot.toml, "files": what to call them in errors,
 "mission": as `records.mission.plain` gives it, "kept": {...} of an earlier run, or {}}; "fence" and "rally", as
-`records.fence` has them, where there are such. Where stations have changed something in an earlier run, "autopilot" has
-it so, and "changed" has the value of each such key in the files.
+`records.fence` has them, where there are such; "shared_nodes" where nodes of the io file have several roles, as
+`node_roles.shared_bits` returns them. Where stations have changed something in an earlier run, "autopilot" has it so,
+and "changed" has the value of each such key in the files.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeVar
@@ -20,7 +20,7 @@ from firmware_py.guidance.own_guidance import OwnGuidance
 from firmware_py.marine import Origin
 from firmware_py.mavlink.settings import MavlinkParams, NodeSettings
 from firmware_py.own_part import OwnClass, OwnPart
-from firmware_py.own_parts import NO_OWN_PARTS, OwnParts
+from firmware_py.own_parts import OwnParts
 from firmware_py.parameter_changes import parts_of, told
 from firmware_py.parameter_tree import describe_keys, with_values
 from firmware_py.params import ParamError, TakesEffect, param, prefix_errors, table
@@ -92,13 +92,13 @@ class PartsFactory:
     """An `autopilot.Reconfigurator` that makes the parts of an autopilot."""
 
     def __init__(
-        self, files: Mapping[str, str], vehicle: Vehicle, now: ActiveConfiguration, own: OwnParts = NO_OWN_PARTS
+        self, files: Mapping[str, str], vehicle: Vehicle, now: ActiveConfiguration, own: OwnParts, nodes: Sequence[int]
     ) -> None:
         """`files` has the names of the files "vehicle" and "autopilot", for errors; `now` is what is in force.
 
-        `own` are the classes of parts of one's own that may be chosen.
+        `own` are the classes of parts of one's own that may be chosen, `nodes` those with several roles, by their bits.
         """
-        self._files, self._vehicle = files, vehicle
+        self._files, self._vehicle, self._nodes = files, vehicle, nodes
         self._now, self.own = now, own
 
     @property
@@ -138,7 +138,7 @@ class PartsFactory:
             ParamError: a value that is wrong, alone or beside the others; the error names file and key.
         """
         params = with_values(self._now.params, values, self._files["autopilot"])
-        factory = PartsFactory(self._files, self._vehicle, self._now._replace(params=params), self.own)
+        factory = PartsFactory(self._files, self._vehicle, self._now._replace(params=params), self.own, self._nodes)
         makers = factory.makers()
         for part in parts_of(values):
             if part != "estimator":
@@ -261,7 +261,7 @@ class PartsFactory:
             weight = self._vehicle.drop_weight is not None
             params, now = self.params, self._now
             how = params.guidance.surface_speed, params.estimation.integrity.enabled, now.mission.above
-            return Supervisor(params.safety, has_mission, now.fence, fins, self._returns, weight, *how)
+            return Supervisor(params.safety, has_mission, now.fence, fins, self._returns, weight, *how, self._nodes)
 
     def _guidance(self) -> Guidance:
         safety, now = self.params.safety, self._now

@@ -18,6 +18,7 @@ from firmware_py.adapters.drivers.bus_watch import BusWatch
 from firmware_py.adapters.drivers.canopen.drives import CanOpenDrives
 from firmware_py.adapters.drivers.driver import Driver
 from firmware_py.adapters.drivers.dronecan.devices import DroneCan
+from firmware_py.adapters.drivers.dronecan.node_roles import roles_of, shared_bits
 from firmware_py.adapters.drivers.dronecan.own_node import KeptNodeIds
 from firmware_py.adapters.drivers.dynamixel.servos import DynamixelServos
 from firmware_py.adapters.drivers.i2c_bus import I2cBus
@@ -81,6 +82,18 @@ def fitted(
     spares = {role: count - 1 for role, count in counts.items() if count > 1}
     reports = FinReports(names, [one.reach for one in moved])
     return DeviceHardware(reports, [DroneCan(io, servos, bus, node_ids), *watches, *own], spares)
+
+
+def shared_nodes(io: IoParams, fins: Sequence[Fin]) -> dict[str, list[int]]:
+    """Return what a configuration says of the nodes with several roles; nothing where there is none.
+
+    Raises:
+        ParamError: the io file has a servo for no fin, or none for a fin.
+    """
+    on_bus = not (io.canopen.fins or io.dynamixel.fins)
+    servos = servos_of(io.fins, [fin.name for fin in fins]) if on_bus else ()
+    bits = shared_bits(roles_of(io, servos))
+    return {"shared_nodes": bits} if bits else {}
 
 
 def open_second(io: IoParams, spec: str, stack: ExitStack, *, awaited: bool = False) -> CanBus | None:

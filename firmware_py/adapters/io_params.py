@@ -84,7 +84,7 @@ class IoParams:
     log: LogParams = field(default_factory=LogParams)
 
     def __post_init__(self) -> None:
-        """Refuse an unknown bus, an id of autopilot or plant for a device, one id or port for two, an order of none."""
+        """Refuse an unknown bus, an id of autopilot or plant for a device, a role twice at a node, one port for two."""
         for key, bus in (("can.bus", self.can.bus), ("canopen.bus", self.canopen.bus)):
             if bus and (why := unknown_kind(bus)):
                 raise ParamError(f"{key} = {quoted(bus)}: {why}")
@@ -92,14 +92,13 @@ class IoParams:
         own = {"can.node_id": self.can.node_id, "can.plant_id": self.can.plant_id}
         devices = {f"nodes.{name}": node_id for name, node_id in self.nodes.by_name.items()}
         further = {f"{device.key}.node": device.node for device in self.devices if device.instrument and device.node}
-        for name, node_id in {**own, **devices, **further}.items():
+        servos = {f"fins: {one.name}: node": one.node for one in self.fins if one.node}
+        for name, node_id in {**own, **devices, **further, **servos}.items():
             if node_id in taken:
-                raise ParamError(f"{name} = {node_id}: is {taken[node_id]} already; every node needs an id of its own")
-            taken[node_id] = name
-        for one in self.fins:  # several servos may share a node
-            if one.node in taken and one.node != self.nodes.servo_hub:
-                name, other = f"fins: {one.name}: node = {one.node}", taken[one.node]
-                raise ParamError(f"{name}: is {other} already; every node needs an id of its own")
+                raise ParamError(f"{name} = {node_id}: is {taken[node_id]} already; give another")
+            if name in own:
+                taken[node_id] = name
+        self._refuse_role_twice()
         refuse_shared_ids(self.fins, self.nodes.servo_hub)
         ports = {line_of(self.dynamixel.port): "dynamixel"} if self.dynamixel.fins else {}
         for i, instrument in enumerate(self.instruments):
@@ -117,6 +116,16 @@ class IoParams:
         if len(given) > 1:
             raise ParamError(f"{given[1]}: there are [[{given[0]}]] too; all fins have servos of one protocol")
         self.refuse_second_bus_on(self.can.bus)
+
+    def _refuse_role_twice(self) -> None:
+        """Refuse two devices of one role at one node: a node may be several devices, told apart by their messages."""
+        first: dict[tuple[str, int], str] = {}
+        for device in self.devices:
+            if device.node and (other := first.setdefault((device.role, device.node), device.key)) != device.key:
+                raise ParamError(
+                    f"{device.key}.node = {device.node}: {other} is {device.role} of that node already, and two of its "
+                    "messages cannot be told apart; leave one out, or give its node another id"
+                )
 
     def refuse_second_bus_on(self, spec: str) -> None:
         """Refuse a bus of the fin drives that is that of the DroneCAN devices, `spec`.
@@ -151,11 +160,12 @@ class IoParams:
         return tuple(own)
 
     @property
-    def device_ids(self) -> dict[int, str]:
-        """Return the node id of each device on the bus, with its name."""
-        servos = {one.node: f"servo{one.node}" for one in self.fins if one.node}
-        measuring = {device.node: device.name for device in self.devices if device.node}
-        return {**servos, **{node_id: name for name, node_id in self.nodes.by_name.items()}, **measuring}
+    def device_ids(self) -> dict[int, tuple[str, ...]]:
+        """Return the names of what each node on the bus is, by its id."""
+        named = [(f"servo{one.node}", one.node) for one in self.fins if one.node not in (0, self.nodes.servo_hub)]
+        named += self.nodes.by_name.items()
+        named += [(device.name, device.node) for device in self.devices if device.node]
+        return {node_id: tuple(dict.fromkeys(n for n, at in named if at == node_id)) for _, node_id in named}
 
     realtime: RealtimeParams = field(default_factory=RealtimeParams)
     canopen: CanOpenParams = field(default_factory=CanOpenParams)

@@ -51,8 +51,8 @@ class EventKind(enum.IntEnum):
     ASCENT_STAGE = 22  # numbers: the `AscentStage`; the cause's
     WEIGHT_RELEASED = 23  # numbers: the cause's; told when its hardpoint says so, or as it is commanded if it is silent
     RULE_WARNS = 24  # a rule holds whose action is to warn; numbers: the cause's
-    NODE_GOOD = 25  # of the bus; numbers: NONE of `SourceFault`; names: the node
-    NODE_FAULT = 26  # numbers: its `SourceFault`, TWO_SENDERS, OTHER_DEVICE or UNHEALTHY; names: the node
+    NODE_GOOD = 25  # of the bus; numbers: NONE of `SourceFault`; names: the node's roles
+    NODE_FAULT = 26  # numbers: its `SourceFault`, TWO_SENDERS, OTHER_DEVICE or UNHEALTHY; names: its roles
     WAYPOINT_MISSED = 27  # its depth was not reached in time; numbers: which, of how many, how much too shallow, m
     MODE_CHOSEN = 28  # while disarmed: arming leads to `after`
     HOME_REACHED = 29
@@ -62,7 +62,7 @@ class EventKind(enum.IntEnum):
     WEIGHT_NOT_RELEASED = 33  # though it was commanded; numbers: the cause's
     WEIGHT_HELD = 34  # its hardpoint says so again
     WEIGHT_SILENT = 35  # its hardpoint says nothing any longer
-    NODE_RESTARTED = 36  # names: the node
+    NODE_RESTARTED = 36  # names: the node's roles
     PARAMETER_CHANGED = 37  # one that safety rests on; names: its key, the value before, the value from now on
     DESIGN_CHANGED = 38  # of a law; numbers: `Source` of its coefficients, `Refusal`; names: the law
     MODEL_CHANGED = 39  # of what an earlier flight learned; numbers: 0 against vehicle.toml, 1 what this flight found

@@ -251,8 +251,8 @@ _ONE: Mapping[EventKind, Callable[[Event, ModeName], str]] = {
     EventKind.ASCENT_STAGE: _ascent_stage,
     EventKind.WEIGHT_RELEASED: lambda event, _: f"drop weight released{_because(event)}",
     EventKind.RULE_WARNS: lambda event, _: _by_a_rule(event, "a rule warns"),
-    EventKind.NODE_GOOD: lambda event, _: node_text(event.names[0], SourceFault.NONE),
-    EventKind.NODE_FAULT: lambda event, _: node_text(event.names[0], event.numbers[0]),
+    EventKind.NODE_GOOD: lambda event, _: node_text(event.names, SourceFault.NONE),
+    EventKind.NODE_FAULT: lambda event, _: node_text(event.names, event.numbers[0]),
     EventKind.WAYPOINT_MISSED: lambda event, _: _missed(*event.numbers),
     EventKind.MODE_CHOSEN: _mode_chosen,
     EventKind.HOME_REACHED: lambda *_: "home reached",
@@ -260,7 +260,7 @@ _ONE: Mapping[EventKind, Callable[[Event, ModeName], str]] = {
     EventKind.HOME_NOT_KNOWN: lambda event, _: (
         "where home lies is not known: {:.0f} m away by a position to {:.0f} m".format(*event.numbers)
     ),
-    EventKind.NODE_RESTARTED: lambda event, _: f"node {event.names[0]} has restarted",
+    EventKind.NODE_RESTARTED: lambda event, _: f"node {', '.join(event.names)} has restarted",
     EventKind.PARAMETER_CHANGED: lambda event, _: f"{event.names[0]} changed from {' to '.join(event.names[1:])}",
     EventKind.DESIGN_CHANGED: lambda event, _: f"{event.names[0]} law: {design_text(*event.numbers)}",
     EventKind.POSITION_RESET: lambda event, _: f"position put right by {event.numbers[0]:.0f} m: fixes contradicted it",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from firmware_py.records.command import AscentStage
 from firmware_py.records.health import ActuatorFault, SourceFault
@@ -79,10 +79,15 @@ def stage_text(number: float) -> str:
     return _STAGES[AscentStage(int(number))]
 
 
-def node_text(name: str, number: float) -> str:
-    """Return what is wrong with a node of `sensing.NODES`, that of a fin, or a bus; or that it is sound again."""
-    of_a_bus = name in BUSES
-    named = name.replace("_", " ") if of_a_bus else f"node {name}"
+def node_text(names: Sequence[str], number: float) -> str:
+    """Return what is wrong with a node, by its roles, or with a bus; or that it is sound again.
+
+    Args:
+        names: those of its roles, of `sensing.NODES` or of fins; that of a bus.
+        number: of the `SourceFault`.
+    """
+    of_a_bus = names[0] in BUSES
+    named = names[0].replace("_", " ") if of_a_bus else f"node {', '.join(names)}"
     if number == SourceFault.NONE:
         return f"{named} is sound again"
     return f"{named}: {'it is down, off or error-passive' if of_a_bus else source_fault_text(number)}"

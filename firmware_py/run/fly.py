@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from firmware_py import app, config_files
 from firmware_py.adapters.drivers.dronecan.own_node import KeptNodeIds
-from firmware_py.adapters.fitting import at_desk
+from firmware_py.adapters.fitting import at_desk, shared_nodes
 from firmware_py.adapters.hil.hil_link import Address, parse_hil_link, resolve
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.lockstep.lockstep_link import LockstepError
@@ -101,7 +101,9 @@ def _fly_alone(
         },
         options.state,
     )
-    params = config_files.autopilot_params(configuration)
+    params, fins = config_files.autopilot_params(configuration), config_files.vehicle(configuration).fins
+    if not address:
+        configuration |= shared_nodes(io, fins)
     autopilot = app.build(configuration)
     spec = options.bus or io.can.bus
     # What cannot be opened is refused before anything but the lock is written.
@@ -167,7 +169,6 @@ def _fly_alone(
             if address:
                 over_hil.run(autopilot, configuration, address, io, ground, recorder, stop, say, losses)
             else:
-                fins = config_files.vehicle(configuration).fins
                 table = kept_node_ids.load_node_ids(options.state)
                 node_ids = KeptNodeIds(table, partial(ground.save, kept_node_ids.FILE))
                 over_can.run(

@@ -100,26 +100,41 @@ def weight_events(before: WeightState, now: WeightState, limit: float) -> tuple[
     return (event(kind, cause, numbers),)
 
 
-def node_events(before: NodeBits, now: NodeBits, fins: Sequence[str]) -> tuple[Event, ...]:
-    """Return an event for each node whose bits are others now; `fins` are the names of those with their own."""
+def node_events(before: NodeBits, now: NodeBits, fins: Sequence[str], shared: Sequence[int] = ()) -> tuple[Event, ...]:
+    """Return an event for each node whose bits are others now.
+
+    Args:
+        before: of the last tick.
+        now: of this one.
+        fins: the names of the fins; some may have nodes of their own.
+        shared: the bits of each node with several roles, together: its event names all of them.
+    """
     if now == before:
         return ()
     begun = now.restarted & ~before.restarted
-    names = node_names(fins)
-    restarts = [name for bit, name in names.items() if begun & bit]
-    begun_anew = tuple([event(EventKind.NODE_RESTARTED, names=(name,)) for name in restarts])
-    return begun_anew + _node_faults(before, now, names)
+    names = _names_of_nodes(fins, shared)
+    begun_anew = [event(EventKind.NODE_RESTARTED, names=roles) for bits, roles in names.items() if begun & bits]
+    return tuple(begun_anew) + _node_faults(before, now, names)
 
 
-def _node_faults(before: NodeBits, now: NodeBits, names: Mapping[int, str]) -> tuple[Event, ...]:
+def _names_of_nodes(fins: Sequence[str], shared: Sequence[int]) -> dict[int, tuple[str, ...]]:
+    """Return the names of the roles of each node by its bits, in the order of their first."""
+    named: dict[int, tuple[str, ...]] = {}
+    for bit, name in node_names(fins).items():
+        bits = next((together for together in shared if together & bit), bit)
+        named[bits] = (*named.get(bits, ()), name)
+    return named
+
+
+def _node_faults(before: NodeBits, now: NodeBits, names: Mapping[int, tuple[str, ...]]) -> tuple[Event, ...]:
     olds, news = ([_node_fault(bits, bit) for bit in names] for bits in (before, now))
     return tuple(
         event(
             EventKind.NODE_FAULT if new is not SourceFault.NONE else EventKind.NODE_GOOD,
             numbers=(float(new),),
-            names=(name,),
+            names=roles,
         )
-        for name, old, new in zip(names.values(), olds, news, strict=True)
+        for roles, old, new in zip(names.values(), olds, news, strict=True)
         if new is not old
     )
 

@@ -8,6 +8,7 @@ Under water nothing would bring a disarmed vehicle up, so there disarming must b
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 from firmware_py.records.command import AscentStage, ModeState, Reference
@@ -63,18 +64,19 @@ class Supervisor:
         surface_speed: float = 1.5,
         integrity: bool = True,
         mission_above: bool = False,
+        shared_nodes: Sequence[int] = (),
     ) -> None:
         """Take parameters and vehicle.
 
         `home` is where RETURN may go to, `surface_speed` that of SURFACE, m/s; `integrity` whether sensors are judged,
-        `mission_above` whether the mission has depths above the bottom.
+        `mission_above` whether the mission has depths above the bottom, `shared_nodes` is that of `node_events`.
         """
         self._params = params
         self._fence = fence
         self._has_mission, self._mission_above = has_mission, mission_above
         self._home = home
         self._fins = fins
-        self._fin_names = tuple(fin.name for fin in fins)
+        self._fin_names, self._shared_nodes = tuple(fin.name for fin in fins), shared_nodes
         self._sound = sound(len(fins))
         self._ascent = Ascent(params, drop_weight, surface_speed)
         self._planes = Planes([fin.s for fin in fins], [fin.limit for fin in fins], params.actuators.timeout)
@@ -209,7 +211,7 @@ class Supervisor:
             *sensor_events(was.sensors, state.sensors),
             *actuator_events(was.actuators, actuators, self._fin_names),
             *weight_events(was.actuators.drop_weight, actuators.drop_weight, limit),
-            *node_events(was.nodes, nodes, self._fin_names),
+            *node_events(was.nodes, nodes, self._fin_names, self._shared_nodes),
             *position_events(state.fix_jump),
         )
 

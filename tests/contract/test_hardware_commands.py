@@ -151,7 +151,8 @@ def test_a_propeller_may_be_told_a_share_of_its_full_speed():
         ({0: {"status_id": 4}}, "fins: stern_port and rudder_lower report under the same node and id 4"),
         ({0: {"status_id": 4, "node": 21}}, "fins: stern_port and rudder_lower report under the same node and id 4"),
         ({0: {"travel_deg": 20.0}}, "travel_deg = 20: the servo must turn to 23 deg for the fin's delta_max_deg = 23"),
-        ({0: {"node": 23}}, "fins: stern_port: node = 23: is nodes.ahrs already"),
+        ({0: {"node": 10}}, "fins: stern_port: node = 10: is can.node_id already; give another"),
+        ({0: {"node": 23, "id": 2}}, "fins: stern_port and stern_starboard obey the same actuator id 2, and all nodes"),
     ],
 )
 def test_servos_that_cannot_be_are_refused_in_a_line(change, why):

@@ -20,7 +20,7 @@ from firmware_py.adapters.buses.python_can_bus import PythonCanBus
 from firmware_py.adapters.buses.socketcan_bus import InterfaceAbsent, SocketCanFrameBus
 from firmware_py.adapters.buses.virtual_bus import VirtualFrameBus
 from firmware_py.error_text import quoted
-from firmware_py.params import ParamError, param
+from firmware_py.params import param
 
 FrameBus: TypeAlias = McastBus | PythonCanBus | SocketCanFrameBus | VirtualFrameBus
 """A python-can bus that also sends and receives bare frames: `send_frames`, `receive_frames`, `overrun`, `sound`."""
@@ -45,7 +45,7 @@ class CanParams:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NodeIds:
-    """Table [nodes] of io_*.toml: the node id of each device. Vehicle and simulator read it."""
+    """Table [nodes] of io_*.toml: node ids of devices, which may share one. Vehicle and simulator read it."""
 
     servo_hub: int = param(low=1, high=127, doc="Drives the fins.")
     esc: int = param(low=1, high=127, doc="Drives the propeller.")
@@ -55,14 +55,6 @@ class NodeIds:
     fix: int = param(0, low=0, high=127, doc="Satellite receiver.")
     battery: int = param(low=1, high=127, doc="Battery, and hygrometer in the hull.")
     hardpoint: int = param(28, low=1, high=127, doc="Holds the drop weight, if there is one.")
-
-    def __post_init__(self) -> None:
-        """Refuse two roles with one id."""
-        taken: dict[int, str] = {}
-        for name, node_id in self.by_name.items():
-            other = taken.setdefault(node_id, name)
-            if other != name:
-                raise ParamError(f"{other} and {name} have the same node id {node_id}; each needs a node of its own")
 
     @property
     def by_name(self) -> dict[str, int]:

@@ -177,7 +177,12 @@ def refuse_shared_ids(declared: Sequence[FinServoParams], hub: int) -> None:
     reports: dict[tuple[int, int], str] = {}
     for one in declared:
         if commanded.setdefault(one.id, one.name) != one.name:
-            raise ParamError(f"fins: {commanded[one.id]} and {one.name} obey the same actuator id {one.id}")
+            raise ParamError(
+                f"fins: {commanded[one.id]} and {one.name} obey the same actuator id {one.id}, and all nodes "
+                "hear all commands; give each its own"
+            )
         key = one.node or hub, FinServo(one).status_id
         if reports.setdefault(key, one.name) != one.name:
-            raise ParamError(f"fins: {reports[key]} and {one.name} report under the same node and id {key[1]}")
+            raise ParamError(
+                f"fins: {reports[key]} and {one.name} report under the same node and id {key[1]}; give each its own"
+            )

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import serial
 
-from firmware_py.adapters.buses.can_bus import NodeIds, open_bus
+from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.params import ParamError, load
 from firmware_py.wire.dronecan import equipment_messages as eq
@@ -265,12 +265,6 @@ def test_what_cannot_be_put_together_names_its_file(rig):
         rig(truth={"body": body, "coefficients": weightless})
     with pytest.raises(ParamError, match=r"^sensors\.toml: battery: voltage_empty_v is above"):
         rig(battery={"voltage_empty_v": 60.0})
-
-
-def test_two_devices_with_one_node_id_are_refused():
-    ids = table("io_sitl.toml")["nodes"] | {"ahrs": 22}
-    with pytest.raises(ParamError, match=r"io: esc and ahrs have the same node id 22"):
-        load(NodeIds, ids, "io")
 
 
 class Steps:

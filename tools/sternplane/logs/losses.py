@@ -110,9 +110,9 @@ def times(log: Run) -> dict[str, list[float]]:
 
 
 def two_senders(events: Iterable[tuple[float, tuple[Event, ...]]]) -> list[str]:
-    """Return the nodes under whose id a second sender was noticed in a flight, by their names."""
+    """Return the roles of the nodes under whose id a second sender was noticed in a flight, by their names."""
     told = (event for _, happened in events for event in happened if event.kind is EventKind.NODE_FAULT)
-    return sorted({event.names[0] for event in told if event.numbers[0] == SourceFault.TWO_SENDERS})
+    return sorted({name for event in told if event.numbers[0] == SourceFault.TWO_SENDERS for name in event.names})
 
 
 def told(counts: Mapping[str, int], received: Mapping[str, int], doubled: Collection[str] = ()) -> list[Loss]:

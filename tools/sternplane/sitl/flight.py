@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from firmware_py import app, config_files, loop
 from firmware_py.adapters.buses.can_bus import CanBus, open_bus
-from firmware_py.adapters.fitting import fitted, open_second
+from firmware_py.adapters.fitting import fitted, open_second, shared_nodes
 from firmware_py.adapters.hil.hil_link import parse_hil_link
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.linux_realtime import apply_while
@@ -176,6 +176,8 @@ def prepare(request: FlightRequest, kept: Mapping[str, Any]) -> Flight:
         request.state,
     )
     refuse_missing_parts(configuration, over, settings, scenario_place(request))
+    io, hil = read_io(request), parse_hil_link(request.link)
+    configuration |= {} if hil else shared_nodes(io, config_files.vehicle(configuration).fins)
     autopilot, truth = app.build(configuration), read_truth(request)
     believed = len(autopilot.applied.fins)
     refuse_other_fins(truth, str(request.config / "truth.toml"), believed, configuration["files"]["vehicle"])
@@ -185,13 +187,12 @@ def prepare(request: FlightRequest, kept: Mapping[str, Any]) -> Flight:
         configuration=configuration,
         autopilot=autopilot,
         params=config_files.autopilot_params(configuration),
-        io=read_io(request),
+        io=io,
         truth=truth,
         devices=read_devices(request, scenario),
         aboard=AboardFaults(scenario.injected, realtime=request.pace == "realtime"),
     )
     files, sensors = configuration["files"], str(request.config / "sensors.toml")
-    hil = parse_hil_link(request.link)
     refuse_absent_targets(scenario, truth, wiring(flight.io, truth), on_bus=not hil)
     if hil:
         plausibility.refuse_payload(flight.devices, sensors)

@@ -109,7 +109,7 @@ def run(flight: Flight, places: Sequence[str], out: Path | None, wait: float, co
         bus = open_bus(spec, standard=io.canopen.shares_bus)
         stack.callback(bus.close)
         second = open_second(io, spec, stack)
-        refuse_if_taken(bus, {**io.device_ids, io.can.plant_id: "plant"})
+        refuse_if_taken(bus, {**{i: ", ".join(names) for i, names in io.device_ids.items()}, io.can.plant_id: "plant"})
         lockstep = LockstepLink(bus, io.can.plant_id, [io.can.node_id])
         wired = wiring(io, flight.truth)
         port_of = {device.name: place for device, place in zip(io.lines, places, strict=True)}

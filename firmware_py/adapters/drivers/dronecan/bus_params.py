@@ -77,5 +77,5 @@ class BusParams(Protocol):
         """Return the devices that measure; those on lines of their own too."""
 
     @property
-    def device_ids(self) -> Mapping[int, str]:
-        """Return the node id of each device on the bus, with its name."""
+    def device_ids(self) -> Mapping[int, Sequence[str]]:
+        """Return the names of what each node on the bus is, by its id."""

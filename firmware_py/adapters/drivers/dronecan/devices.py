@@ -13,6 +13,7 @@ from firmware_py.adapters.drivers import fix_accuracy
 from firmware_py.adapters.drivers.driver import PAYLOAD, Driver, Reading
 from firmware_py.adapters.drivers.dronecan.bus_params import BusParams
 from firmware_py.adapters.drivers.dronecan.node_monitor import NodeMonitor
+from firmware_py.adapters.drivers.dronecan.node_roles import roles_of
 from firmware_py.adapters.drivers.dronecan.node_watch import NodeWatch
 from firmware_py.adapters.drivers.dronecan.own_node import KeptNodeIds, OwnNode
 from firmware_py.adapters.drivers.dronecan.own_status import OwnStatus
@@ -68,15 +69,12 @@ class DroneCan(Driver):
         """The last that each servo was told, or else the first that it told, rad."""
         hub = params.nodes.servo_hub
         self._fins = {(servo.params.node or hub, servo.status_id): i for i, servo in enumerate(servos)}
-        own: dict[int, list[int]] = {}
-        for (node_id, _), i in self._fins.items():
-            if node_id != hub:
-                own.setdefault(node_id, []).append(i)
+        on_nodes = {hub: None, **dict.fromkeys(node_id for node_id, _ in self._fins)}
         self._sender = TransferSender(params.can.node_id)
         self._readings: list[Reading] = []
         # Who gives out ids must know everybody; else only the devices are asked, and no tool is disturbed.
         self._monitor = NodeMonitor(None if params.network.allocate else params.device_ids)
-        self._nodes = NodeWatch(self._monitor, params, own)
+        self._nodes = NodeWatch(self._monitor, params.can.node_id, roles_of(params, servos))
         self._own = OwnNode(params, self._bus, self._sender, self._monitor, kept or KeptNodeIds())
         self._status = OwnStatus()
         self._frames_received = 0
@@ -100,12 +98,12 @@ class DroneCan(Driver):
                 for device in params.devices
                 if device.node
             },
-            **{(m.ACTUATOR_STATUS, node): (partial(self._actuator, node), latency.servo_hub) for node in (hub, *own)},
+            **{(m.ACTUATOR_STATUS, node): (partial(self._actuator, node), latency.servo_hub) for node in on_nodes},
             (m.ESC_STATUS, nodes.esc): (self._esc, latency.esc),
             (m.BATTERY_INFO, nodes.battery): (partial(self._worst, "battery", batteries()), 0.0),
             (m.HYGROMETER, nodes.battery): (partial(self._worst, "leak", hygrometers()), 0.0),
             (m.HARDPOINT_STATUS, nodes.hardpoint): (self._hardpoint, 0.0),
-            **{(m.NODE_STATUS, node): (partial(self._nodes.hear_status, node), 0.0) for node in self._nodes.names},
+            **{(m.NODE_STATUS, node): (partial(self._nodes.hear_status, node), 0.0) for node in self._nodes.roles},
         }
         wanted = [*{*self._own.wanted, *(kind for kind, _ in self._handlers), m.KEY_VALUE}]
         self._payload_left_out = 0

@@ -67,7 +67,6 @@ class _Node:
     status: NodeStatus | None = None
     t: float = -math.inf
     restarts: int = 0
-    strays: int = 0
     malformed: int = 0
     info: GetNodeInfoResponse | None = None
 
@@ -108,7 +107,8 @@ class NodeMonitor:
             watch = self._watches[key] = SenderWatch()
         believed, second = watch.accept(transfer.transfer_id, transfer.t)
         if not believed:
-            self._node(transfer.source).strays += 1
+            self._node(transfer.source)
+            watch.strays += 1
         if second:
             self.notice_second(transfer.source, transfer.t)
         return believed
@@ -157,9 +157,14 @@ class NodeMonitor:
         return {
             "missed": sum(w.missed for (source, kind), w in watches if source == node_id and kind != status),
             "malformed": node.malformed,
-            "strays": node.strays,
+            "strays": sum(w.strays for (source, _), w in watches if source == node_id),
             "restarts": node.restarts,
         }
+
+    def stream_counts(self, node_id: int, kinds: Collection[int]) -> dict[str, int]:
+        """Return the part of `counts` that goes by data type ids, of these alone."""
+        streams = [w for (source, kind), w in self._watches.items() if source == node_id and kind in kinds]
+        return {"missed": sum(w.missed for w in streams), "strays": sum(w.strays for w in streams)}
 
     def _hear_info(self, transfer: Transfer) -> None:
         try:

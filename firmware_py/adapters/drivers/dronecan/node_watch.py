@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 
-from firmware_py.adapters.drivers.dronecan.bus_params import BusParams
 from firmware_py.adapters.drivers.dronecan.node_monitor import HOLD, NodeMonitor
-from firmware_py.records.sensing import NODES, candidate_bit, fin_bit, node_bit
+from firmware_py.adapters.drivers.dronecan.node_roles import NodeRole
+from firmware_py.records.sensing import NODES, node_bit
 from firmware_py.wire.dronecan.node_messages import NodeStatus
 from firmware_py.wire.dronecan.transfer import Dropped
 
@@ -21,22 +21,18 @@ class NodeWatch:
 
     Args:
         monitor: of the bus.
-        io: ids of the devices, and the autopilot's, under which nobody else may send.
-        own_servos: ids of the nodes of fins that are not on the servo hub, with the numbers of these fins.
+        own_id: the autopilot's, under which nobody else may send.
+        roles: of each node, by its id.
     """
 
-    def __init__(self, monitor: NodeMonitor, io: BusParams, own_servos: Mapping[int, Sequence[int]]) -> None:
-        ids = {node_id: name for name, node_id in io.nodes.by_name.items()}
-        self._bits = {node_id: node_bit(name) for node_id, name in {**ids, io.can.node_id: NODES[0]}.items()}
-        measuring = [device for device in io.devices if device.node]
-        ids |= {device.node: device.source for device in measuring}
-        self._bits |= {device.node: candidate_bit(device.role, device.number) for device in measuring}
-        self._bits |= {node_id: sum(map(fin_bit, fins)) for node_id, fins in own_servos.items()}
-        ids |= {node_id: f"servo{node_id}" for node_id in own_servos}
+    def __init__(self, monitor: NodeMonitor, own_id: int, roles: Mapping[int, Sequence[NodeRole]]) -> None:
+        self._bits = {own_id: node_bit(NODES[0])}
+        for node_id, several in roles.items():
+            self._bits[node_id] = sum([role.bits for role in several])
         self._monitor = monitor
+        self.roles = roles
         self.unhealthy = 0
         """Bits of the nodes whose NodeStatus is CRITICAL, or whose mode is not OPERATIONAL."""
-        self.names = ids
 
     def hear_status(self, source: int, status: NodeStatus, t: float) -> None:
         """Take the NodeStatus of a node with a role."""
@@ -60,18 +56,26 @@ class NodeWatch:
     def restarted(self, t: float) -> int:
         """Return the bits of the nodes that have restarted within HOLD before t, s."""
         told = self._monitor.identities.restarted_within(HOLD, t)
-        return self._bits_of([node_id for node_id in told if node_id in self.names])
+        return self._bits_of([node_id for node_id in told if node_id in self.roles])
 
     def losses(self, dropped_from: Mapping[int, Dropped]) -> dict[str, int]:
         """Return what was lost of each node, by its role and the cause, without what did not happen.
 
         missed: messages with measurements that did not come, or were not believed, by their ids; the other counts are
-        of frames and of what was received.
+        of frames and of what was received. Of a node with several roles what goes by the types of messages is theirs,
+        and the rest its own: node21_restarts.
         """
         found: dict[str, int] = {}
-        for node_id, name in self.names.items():
+        for node_id, roles in self.roles.items():
             dropped = asdict(dropped_from[node_id]) if node_id in dropped_from else {}
             counts = {**dropped, **self._monitor.counts(node_id)}
+            name = roles[0].name
+            if len(roles) > 1:
+                name = f"node{node_id}"
+                for role in roles:
+                    of_role = self._monitor.stream_counts(node_id, role.kinds)
+                    found |= {f"{role.name}_{cause}": count for cause, count in of_role.items() if count}
+                    counts |= {cause: counts[cause] - count for cause, count in of_role.items()}
             found |= {f"{name}_{cause}": count for cause, count in counts.items() if count}
         return found
 

@@ -27,7 +27,10 @@ class SenderWatch:
     is taken back, and the next transfer of the stream is not believed either.
     """
 
-    __slots__ = ("_answered", "_last", "_met", "_period", "_stray", "_t", "_t_stray", "_twice", "in_doubt", "missed")
+    __slots__ = (
+        *("_answered", "_last", "_met", "_period", "_stray", "_t", "_t_stray", "_twice"),
+        *("in_doubt", "missed", "strays"),
+    )
 
     def __init__(self) -> None:
         self._last = -1
@@ -42,6 +45,8 @@ class SenderWatch:
         """Whether the last transfer leaves it open who the sender is: what was believed before is taken back."""
         self.missed = 0
         """Transfers of the stream that did not come, by their ids; whole rounds of ids are not seen."""
+        self.strays = 0
+        """Transfers that were not believed; whoever asks counts them."""
 
     def accept(self, transfer_id: int, t: float) -> tuple[bool, bool]:
         """Take the next transfer.

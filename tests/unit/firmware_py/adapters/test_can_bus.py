@@ -137,10 +137,8 @@ def test_when_the_last_has_left_nothing_collects_frames():
 IDS = {"servo_hub": 1, "esc": 2, "ahrs": 3, "pressure": 4, "altimeter": 5, "fix": 6, "battery": 127}
 
 
-def test_two_roles_with_one_id_are_refused_by_name():
-    assert load(NodeIds, IDS, "io.toml").battery == 127
-    with pytest.raises(ParamError, match=r"io\.toml: esc and fix have the same node id 2"):
-        load(NodeIds, IDS | {"fix": 2}, "io.toml")
+def test_roles_may_have_one_id():
+    assert load(NodeIds, IDS | {"fix": 2}, "io.toml").by_name == {**IDS, "fix": 2, "hardpoint": 28}
 
 
 @pytest.mark.parametrize("wrong", [0, 128, 1.5, "3"])

@@ -74,7 +74,15 @@ def test_devices_of_a_role_are_in_the_order_of_their_priority_however_they_are_w
         ([NODE | {"port": "x"}], 'instruments[0]: driver "dronecan" needs the node id of the device, node = ID'),
         ([NODE], "instruments[0]: pressure has priority 1, as nodes.pressure has; give another, or list that node"),
         ([LINE, LINE], "instruments[1]: dvl has priority 1, as instruments[0] has; give another"),
-        ([NODE | {"priority": 2, "node": 23}], "instruments[0].node = 23: is nodes.ahrs already; every node needs"),
+        ([NODE | {"priority": 2, "node": 10}], "instruments[0].node = 10: is can.node_id already; give another"),
+        (
+            [NODE | {"priority": 2, "node": 24}],
+            "instruments[0].node = 24: nodes.pressure is pressure of that node already, and two of its messages cannot",
+        ),
+        (
+            [NODE | {"priority": 2}, NODE | {"priority": 3}],
+            "instruments[1].node = 34: instruments[0] is pressure of that node already, and two of its messages cannot",
+        ),
         ([LINE | {"priority": i} for i in range(1, 6)], "instruments: 5 devices measure dvl; 4 are the most"),
         ([CHIP, CHIP | {"port": "i2c:01", "priority": 3}], "instruments[1]: port = 'i2c:01': write i2c:1"),
         ([LINE | {"prt": "x"}], "instruments[0]: prt is unknown; did you mean port?"),
@@ -233,12 +241,11 @@ def test_a_role_may_leave_the_bus_but_attitude_and_depth_must_be_measured() -> N
 @pytest.mark.parametrize(
     ("place", "key", "node_id", "words"),
     [
-        ("nodes", "ahrs", 10, "io.toml: nodes.ahrs = 10: is can.node_id already; every node needs an id of its own"),
+        ("nodes", "ahrs", 10, "io.toml: nodes.ahrs = 10: is can.node_id already; give another"),
         ("nodes", "battery", 125, "io.toml: nodes.battery = 125: is can.plant_id already"),
         ("can", "node_id", 21, "io.toml: nodes.servo_hub = 21: is can.node_id already"),
         ("can", "plant_id", 10, "io.toml: can.plant_id = 10: is can.node_id already"),
-        ("nodes", "esc", 23, "io.toml: nodes: esc and ahrs have the same node id 23"),
-        ("nodes", "ahrs", 126, "io.toml: nodes.ahrs = 126: is that of bench tools already; every node needs an id"),
+        ("nodes", "ahrs", 126, "io.toml: nodes.ahrs = 126: is that of bench tools already; give another"),
         ("can", "node_id", 126, "io.toml: can.node_id = 126: is that of bench tools already"),
     ],
 )
@@ -248,3 +255,14 @@ def test_an_id_that_is_given_twice_is_refused(place: str, key: str, node_id: int
     with pytest.raises(ParamError) as caught:
         load(IoParams, table, "io.toml")
     assert str(caught.value).startswith(words)
+
+
+def test_any_devices_of_a_vehicle_may_be_one_node() -> None:
+    one = dict.fromkeys(TABLE["nodes"], 21)
+    spares = [NODE | {"node": 35, "priority": 2}, NODE | {"node": 35, "role": "ahrs", "priority": 2}]
+    servo = [one | {"node": 35} if one["name"] == "upper" else one for one in SERVOS]
+    io = load(IoParams, TABLE | {"nodes": one, "instruments": spares, "fins": servo}, "io.toml")
+    assert {node_id: set(names) for node_id, names in io.device_ids.items()} == {
+        21: set(one),
+        35: {"pressure.2", "ahrs.2", "servo35"},
+    }
