@@ -163,7 +163,11 @@ def help_text(aboard: bool = True) -> str:
     lines.append(f"  examples of the others: {', '.join(others)}")
     lines.append("  pressure.2, ahrs.2.roll, ...: of the second device of a kind, if the io file has one")
     lines.append(
-        "  battery and leak sensor are one node: off, silent, critical of battery strike both; off:leak only one"
+        "  battery and leak sensor are one role: off, silent, critical of battery strike both; off:leak only one"
+    )
+    lines.append(
+        "  where a node has several roles in the io file, off and silent strike the one that is named; off of all of\n"
+        "  them takes the node's power; critical and duplicate strike all, for NodeStatus and id are the node's"
     )
     lines.append(
         "  the bottom is no fault: [[environment.bottom]] of a scenario (north_m, depth_m) gives it a profile, and\n"

@@ -42,7 +42,7 @@ def table(name):
 class Rig:
     """The simulated vehicle and the autopilot's ends of its wires."""
 
-    def __init__(self, scenario=None, seed=1, base_hz=100, truth=None, **devices):
+    def __init__(self, scenario=None, seed=1, base_hz=100, truth=None, io="io_sitl.toml", **devices):
         channel = f"bridge-{next(_channels)}"
         ours, theirs = (open_bus("virtual", channel) for _ in range(2))
         self.bus = theirs
@@ -58,7 +58,7 @@ class Rig:
             self.bridge = build_bridge(
                 built,
                 load(DevicesParams, params, "sensors.toml"),
-                wiring(load(IoParams, table("io_sitl.toml"), "io_sitl.toml"), built),
+                wiring(load(IoParams, table(io), io), built),
                 parse(STRAIGHT | (scenario or {}), "scenario"),
                 ours,
                 [self.line],
