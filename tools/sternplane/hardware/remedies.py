@@ -49,7 +49,10 @@ class Remedies:
         self._bus = vehicle.bus.name
 
     def sentences(self, wanted: Collection[str]) -> Iterator[str]:
-        """Yield a sentence for each of these roles that is not heard as it should be, and for what is wrong besides."""
+        """Yield a sentence for each of these roles that is not heard as it should be, and for what is wrong besides.
+
+        What is the matter with several roles alike, as with a node that has all of them, is said once.
+        """
         if not self._traffic.frames:
             yield self._silent_bus()
         elif self._own_id in self._nodes.t_heard:
@@ -58,6 +61,7 @@ class Remedies:
                 f"node {who} speaks under the autopilot's own id: end that program before this vehicle flies, or give "
                 "another [can] node_id"
             )
+        alike: dict[str, list[str]] = {}
         for role in wanted:
             state, place = self._roles.state(role), self._vehicle.places[role]
             if state is State.FRESH or (place.node and not self._traffic.frames):
@@ -65,7 +69,9 @@ class Remedies:
             text = self._of_fin(role.removeprefix("fin ")) if role.startswith("fin ") else ""
             if not text and role in self._vehicle.lines:
                 text = self._of_line(role, self._vehicle.lines[role], place, state)
-            yield f"{role}: {text or self._of_node(role, place, state)}"
+            alike.setdefault(text or self._of_node(role, place, state), []).append(role)
+        for text, roles in alike.items():
+            yield f"{', '.join(roles)}: {text}"
         yield from self._restarts()
         silent = [role for role in wanted if self._roles.state(role) is State.SILENT]
         if self._traffic.frames and any(self._vehicle.places[role].node for role in silent):
@@ -128,8 +134,10 @@ class Remedies:
         if place.node in self._nodes.t_heard:
             why = self._without(place, node)
             return f"{why} {_NO_REPORTS}" if role.startswith("fin ") else why
-        question = f"Is it powered and on this bus, or has it another id ({place.key})?"
-        return f"nothing heard of {place.device}. {question} {self._instead(place)}".rstrip()
+        here = [one for one in self._vehicle.places.values() if one.node == place.node]
+        question = f"Is it powered and on this bus, or has it another id ({self._keys(place.node)})?"
+        instead = "".join(dict.fromkeys(self._instead(one) for one in here))
+        return f"nothing heard of node {place.node} on {self._bus}. {question} {instead}".rstrip()
 
     def _without(self, place: Place, node: str) -> str:
         """Return what to say of a node that is there, and does not send what is wanted."""
@@ -144,15 +152,26 @@ class Remedies:
     def _instead(self, place: Place) -> str:
         """Return who else sends what is wanted, as a sentence with a space behind it; mostly nothing."""
         others = [node for node in self._traffic.senders(place.data_type_id) if node != place.node]
-        keys = {one.node: one.key for one in self._vehicle.places.values()}
+        known = {one.node for one in self._vehicle.places.values()}
         right = {one.node for one in self._vehicle.places.values() if one.data_type_id == place.data_type_id}
-        if free := [node for node in others if node not in keys]:
+        if free := [node for node in others if node not in known]:
             who = ", ".join(self._nodes.described(node) for node in free)
             return f"{place.sends} comes from node {who}: is that it? Then write its id at {place.key}. "
         if wrong := [node for node in others if node not in right]:
             who = self._nodes.described(wrong[0])
-            return f"{place.sends} comes from node {who}, which stands at {keys[wrong[0]]}: swapped? "
+            text = f"{place.sends} comes from node {who}, which stands at {self._keys(wrong[0])}"
+            if any(
+                wrong[0] in self._traffic.senders(one.data_type_id)
+                for one in self._vehicle.places.values()
+                if one.node == wrong[0]
+            ):
+                return f"{text}: is it this one too? Then write its id at {place.key}. "
+            return f"{text}: swapped? "
         return ""
+
+    def _keys(self, node: int) -> str:
+        """Return where a node stands in the io file; it may have several roles."""
+        return "; ".join(dict.fromkeys(one.key for one in self._vehicle.places.values() if one.node == node))
 
     def _restarts(self) -> Iterator[str]:
         for cause, count in self._vehicle.hardware.losses().items():
