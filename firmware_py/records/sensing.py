@@ -137,7 +137,7 @@ class SensorFrame:
     `two_senders` has a bit for each of NODES, and after these for each fin whose servo has its own node, under whose id
     two nodes speak (for the autopilot: another one than this), `unhealthy` for each that reports itself that it does
     not work, `replaced` for each under whose id another device answers than at first. What such a node measures is not
-    ok. `restarted` has a bit for each that has just restarted.
+    ok. `restarted` has a bit for each that has just restarted. A node with several roles has the bits of all of them.
 
     Each of ROLES may have several devices, its candidates: the first in priority has the field of its name, the others
     that of `spare_`, in their order. `candidate_bit` is the bit of a candidate's node.

@@ -176,6 +176,15 @@ def test_a_device_of_the_io_file_that_lost_its_id_is_given_it_again_and_no_other
         assert bus.given(ONE, 0) == NODES["esc"]
 
 
+def test_the_id_of_a_node_with_several_roles_is_kept_for_it_as_any_of_the_io_file() -> None:
+    roles = NODES | dict.fromkeys(("esc", "pressure", "fix"), NODES["servo_hub"])
+    table = {ONE: NODES["servo_hub"]}
+    with Vehicle("hz_1", kept=KeptNodeIds(table), nodes=roles, **ON) as vehicle:
+        bus = network(vehicle)
+        assert bus.given(OTHER, NODES["servo_hub"]) == 22  # that of nobody now
+        assert bus.given(ONE) == NODES["servo_hub"]
+
+
 def test_a_node_has_the_same_id_in_the_next_run() -> None:
     saved: list[bytes] = []
     table: dict[bytes, int] = {}

@@ -11,6 +11,7 @@ import pytest
 from dronecan.transport import Transfer
 
 from firmware_py.adapters.buses.can_bus import NodeIds
+from firmware_py.adapters.drivers.dronecan.node_roles import SENDS
 from firmware_py.adapters.drivers.dronecan.node_watch import HOLD
 from firmware_py.records.sensing import NODES as NODE_NAMES
 from firmware_py.records.sensing import SensorFrame, node_bit
@@ -257,3 +258,9 @@ def test_answers_that_nobody_asked_for_change_nothing() -> None:
 
 def test_every_node_of_the_io_file_has_a_bit() -> None:
     assert set(NODE_NAMES) == {"autopilot", *(field.name for field in dataclasses.fields(NodeIds))}
+
+
+def test_no_two_roles_of_a_node_send_one_type_of_message() -> None:
+    assert {"autopilot", *SENDS} == set(NODE_NAMES)
+    kinds = [kind for several in SENDS.values() for kind in several]
+    assert len({*kinds}) == len(kinds)

@@ -227,6 +227,17 @@ def test_no_two_lines_of_one_source_have_one_label() -> None:
     assert max(map(len, labels)) <= LABEL_WIDTH
 
 
+def test_of_a_node_with_several_roles_messages_are_told_by_role_and_the_rest_once_for_the_node() -> None:
+    counts = {"esc_missed": 20, "node21_bad_crc": 3, "node21_lost_start": 4, "node21_restarts": 2}
+    every = {"transfers_bad_crc": 3, "transfers_lost_start": 9}  # five of another node
+    assert {loss.source: loss.text for loss in told(counts | every, {"esc": 180})} == {
+        "propeller controller": "20 of 200 messages lost (10 %)",
+        "node 21": "7 frames or messages dropped",
+        "node 21, restarts": "2 times",
+        "other nodes of the bus": "5 frames or messages dropped",
+    }
+
+
 def test_when_something_was_lost_is_told_without_the_rounding_of_binary_fractions() -> None:
     logged = SimpleNamespace(losses=[(0.1 + 0.2, {"a": 1}), (60.00000000000001, {"a": 2})])
     assert times(logged) == {"a": [0.3, 60.0]}

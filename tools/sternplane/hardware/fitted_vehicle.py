@@ -10,11 +10,12 @@ from typing import Any, NamedTuple
 from firmware_py.adapters.buses.can_bus import BusError
 from firmware_py.adapters.device_hardware import DeviceHardware
 from firmware_py.adapters.drivers.dronecan.bus_params import NetworkParams
+from firmware_py.adapters.drivers.dronecan.node_roles import SENDS
 from firmware_py.adapters.drivers.i2c_bus import I2cBus
 from firmware_py.adapters.drivers.instrument_params import Device
 from firmware_py.adapters.fitting import fitted, open_line, open_second
 from firmware_py.adapters.io_params import IoParams
-from firmware_py.records.sensing import candidate_name
+from firmware_py.records.sensing import NODE_OF, candidate_name
 from firmware_py.vehicle.fins import Fin
 from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.fin_servo import servos_of
@@ -23,12 +24,7 @@ from sternplane.hardware.fin_tables import HUB, FinTable, table_of
 from sternplane.hardware.shared_bus import shared_bus
 from sternplane.hardware.watched_bus import WatchedBus
 
-_MESSAGE_OF: Mapping[str, MessageType[Any]] = {
-    "ahrs": m.AHRS_SOLUTION,
-    "pressure": m.STATIC_PRESSURE,
-    "altitude": m.RANGE_MEASUREMENT,
-    "fix": m.FIX2,
-}
+_MESSAGE_OF: Mapping[str, MessageType[Any]] = {role: SENDS[name][0] for role, name in NODE_OF.items()}
 """What a node sends that measures a role."""
 _OTHERS: Mapping[str, tuple[str, MessageType[Any]]] = {
     "n": ("esc", m.ESC_STATUS),

@@ -32,6 +32,8 @@ _NAMES = {
 }
 _FURTHER = re.compile("([a-z]+)_([2-4])_(.+)")
 """Of a device that is not the first of its kind."""
+_OF_NODE = re.compile(r"node(\d+)_")
+"""Of a node with several roles: what is not told apart by them."""
 _OF_LINES = ("dvl_bad_checksum", "dvl_malformed", "dvl_too_long", "lines_of_the_dvl_lost")
 _OF_MESSAGES = (
     *("missed", "malformed", "strays", "duplicate", "lost_start", "unfinished", "wrong_toggle", "bad_crc"),
@@ -132,7 +134,7 @@ def _found(counts: dict[str, int], received: Mapping[str, int], doubled: Collect
     lines = sum(counts.pop(name, 0) for name in _OF_LINES)
     yield Loss(_NAMES["dvl"], "lines lost", lines, lines + received.get("dvl", 0))
     for source, fields in _FIELDS.items():
-        own = {name: counts.pop(f"{source}_{name}", 0) for name in _OF_MESSAGES}
+        own = _taken(counts, source)
         missed, strays = own["missed"], own["strays"]
         sent = missed + received.get(source, 0) if fields else None
         two = source in doubled
@@ -143,10 +145,10 @@ def _found(counts: dict[str, int], received: Mapping[str, int], doubled: Collect
             yield Loss(f"{_named(source)}, strays", what, strays)
         elif not missed:
             yield Loss(_named(source), "frames or messages dropped", sum(own.values()))
-        for name, count in own.items():
-            total = f"transfers_{name}"
-            counts[total] = counts.get(total, 0) - count
         yield Loss(f"{_named(source)}, restarts", "times", counts.pop(f"{source}_restarts", 0))
+    for node in {found[1]: None for name in counts if (found := _OF_NODE.match(name))}:
+        yield Loss(f"node {node}", "frames or messages dropped", sum(_taken(counts, f"node{node}").values()))
+        yield Loss(f"node {node}, restarts", "times", counts.pop(f"node{node}_restarts", 0))
     for sensor in SensorHealth._fields:
         outliers = counts.pop(f"{OUTLIERS}{sensor}", 0)
         yield Loss(f"{_named(sensor_text(sensor))}, outliers", "left out one by one", outliers)
@@ -163,6 +165,15 @@ def _found(counts: dict[str, int], received: Mapping[str, int], doubled: Collect
         else:
             source = "dvl" if name.startswith("lines_of_the_dvl") else source
             yield Loss(_named(source), _WORDS.get(name, cause.replace("_", " ")), count)
+
+
+def _taken(counts: dict[str, int], source: str) -> dict[str, int]:
+    """Take the counts of a node's messages out of all, by cause, and out of those of all nodes."""
+    own = {name: counts.pop(f"{source}_{name}", 0) for name in _OF_MESSAGES}
+    for name, count in own.items():
+        total = f"transfers_{name}"
+        counts[total] = counts.get(total, 0) - count
+    return own
 
 
 def _named(source: str) -> str:
