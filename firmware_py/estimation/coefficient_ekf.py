@@ -29,6 +29,7 @@ from firmware_py.estimation.filter.consistency import BURST_PAUSE, GYRO, WAIT, b
 from firmware_py.estimation.filter.kernel_arguments import Given, Monitor, Output
 from firmware_py.estimation.filter.start_up import schedule
 from firmware_py.estimation.iteration.acceptance import Verdict
+from firmware_py.estimation.iteration.confirmed import Confirmed
 from firmware_py.estimation.iteration.iterated_filter import IteratedFilter
 from firmware_py.estimation.model.jacobians import Array
 from firmware_py.estimation.model.observer_model import Floats
@@ -55,11 +56,9 @@ class CoefficientEkf:
         nis: normalised innovations squared of the last step, (9,); NaN without a measurement.
         rejected: how many measurements were rejected, (9,).
         resets, bursts: how often it diverged and began anew; how often the gyros contradicted it.
-        withheld: fins, of `boost.FINS`, of which no burst makes uncertain what they make; not remembered here, but by
-            `doubted_fins`.
+        withheld: fins, of `boost.FINS`, that no burst makes uncertain; remembered by `doubted_fins`.
         iteration: goes through the flight again.
-        iterated: which of the learned coefficients a pass of it has confirmed, and none has rejected since, (names,);
-            all, if there is no iteration.
+        confirmed: which of the learned coefficients a pass of it has confirmed; `iterated` are its own.
     """
 
     def __init__(self, vehicle: Vehicle, params: CoefficientParams) -> None:
@@ -82,13 +81,15 @@ class CoefficientEkf:
         """What parameters begin with."""
         self._since_reset, self.resets, self.bursts = math.inf, 0, 0
         self._learns = self.tuning.may_learn[self.model.first : self.model.size] > 0.0
+        self._permitted = self.tuning.may_learn[self.model.first :][: len(params.names)]
         self.nis = np.full(MOVING, math.nan)
         self._given = Given(0.0, np.zeros((1, 4)), np.zeros((1, MOVING)), np.zeros(MOVING), self.nis[None])
         schedule(self.tuning, self.age, self.model.first, 0.0, filters.kernel.settings)
         self.banks = filters, BankArrays(vehicle, params)
         self.iteration = IteratedFilter(self.banks[1], params)
         self.withheld: tuple[str, ...] = ()
-        self.iterated = np.full(len(params.names), not params.iteration_times)
+        self.confirmed = Confirmed(len(params.names), bool(params.iteration_times), vehicle.fins_crossed)
+        self.iterated = self.confirmed.iterated
 
     def start(self, nu: Floats, angles: Floats, std: Floats, values: Mapping[str, float] | None = None) -> None:
         """Begins anew: at a velocity (m/s, rad/s) and attitude (rad) known to `std`, (9,), in unknown water.
@@ -106,7 +107,7 @@ class CoefficientEkf:
         self.rejected[:] = 0
         self.age[:] = 0.0
         self._begun[:] = False
-        self.iterated[:] = not self.params.iteration_times
+        self.confirmed.forget()
         self._monitor.window[:], self._monitor.burst[:], self._since_reset = 0.0, 0.0, math.inf
         self.resume(nu, angles, std)
         self.iteration.begin(self.bank, 0.0)
@@ -154,7 +155,7 @@ class CoefficientEkf:
             self.x[:, self.model.first :] = self._believed
         self.bank.forget(self.model.first, self.model.size, self.prior[self.model.first :] ** 2)
         self.age[:] = 0.0
-        self.iterated[:] = not self.params.iteration_times
+        self.confirmed.forget()
 
     def _forget_motion(self) -> None:
         """Begins anew in motion, about where it is, and in all that tells of divergence."""
@@ -186,10 +187,9 @@ class CoefficientEkf:
         """Makes less certain what fins make, but for these (of `boost.FINS`)."""
         if self.params.boost_std > 0.0:
             first, values = self.model.first, self.x[:, self.model.first :]
-            added = boost_covariance(self.model, self.names, self._learns, self.params.boost_std, values)
-            kept = [i for i, name in enumerate(self.model.names) if any(fins in name for fins in withheld)]
-            added[:, kept, :] = added[:, :, kept] = 0.0
+            added = boost_covariance(self.model, self.names, self._learns, self.params.boost_std, values, withheld)
             self.P[:, first:, first:] += added
+            self.confirmed.shake(added[0].diagonal()[: len(self.names)] > 0.0)
             self.begin_history()
 
     def go_back(self, known: Constants, *, water: bool) -> None:
@@ -205,6 +205,7 @@ class CoefficientEkf:
     def forget(self, letters: str) -> None:
         """Knows no more of coefficients with these first letters than at first, see `BankArrays.forget_axis`."""
         self.bank.forget_axis(letters, self._believed)
+        self.confirmed.shake(np.array([name[0] in letters for name in self.names]))
         self.begin_history()
 
     def exchange_sensors(self) -> None:
@@ -217,8 +218,7 @@ class CoefficientEkf:
 
         When one may for the first time, the start-up begins again.
         """
-        first, count = self.model.first, len(self.names)
-        self.tuning.may_learn[first : first + count] = learned
+        self._permitted[:] = learned
         if (learned & ~self._begun).any():
             self._begun |= learned
             self.age[0] = min(self.age[0], self.params.learning_delay)
@@ -270,13 +270,13 @@ class CoefficientEkf:
 
     def _heed(self, verdict: Verdict) -> None:
         """What a pass confirmed may be relied on, what one rejected no longer. Where none is left, they begin anew."""
+        self.confirmed.heed(verdict, self.iteration.permitted)
         if verdict is Verdict.ACCEPTED:
             self._monitor.window[:] = 0.0
-            self.iterated |= self.iteration.permitted(len(self._begun))
-        elif verdict is Verdict.REJECTED:
-            self.iterated[:] = False
         if self.iteration.gave_up:
             self.iteration.begin_again(self.bank, self.age[0], self._believed)
+        elif self.confirmed.shaken.any() and self.confirmed.shaken[self._permitted > 0.0].any():
+            self.iteration.learning(self.bank, self.age[0])
 
     def estimate(self) -> Estimate:
         """What is believed now."""
@@ -287,7 +287,7 @@ class CoefficientEkf:
         arrays = self.x.copy(), self.P.copy(), self.log_likelihood.copy(), self.rejected.copy()
         monitored = float(self.age[0]), self._begun.copy(), self._monitor.window.copy(), self._monitor.burst.copy()
         counted = self._since_reset, self.resets, self.bursts
-        return EkfMemory(*arrays, *monitored, *counted, self.iteration.freeze(), self.iterated.copy())
+        return EkfMemory(*arrays, *monitored, *counted, self.iteration.freeze(), *self.confirmed.freeze())
 
     def thaw(self, memory: EkfMemory) -> None:
         """Takes up again what `freeze` gave."""
@@ -297,4 +297,4 @@ class CoefficientEkf:
         self._monitor.window[:], self._monitor.burst[:] = memory.window, memory.burst
         self._since_reset, self.resets, self.bursts = memory.since_reset, memory.resets, memory.bursts
         self.iteration.thaw(memory.iteration)
-        self.iterated[:] = memory.iterated
+        self.confirmed.thaw(memory.iterated, memory.shaken)

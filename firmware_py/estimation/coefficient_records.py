@@ -107,3 +107,4 @@ class EkfMemory(NamedTuple):
     bursts: int
     iteration: IterationMemory
     iterated: Flags
+    shaken: Flags

@@ -32,7 +32,14 @@ def by_lift(name: str) -> bool:
     return by_fins(name) and not name.startswith("X")
 
 
-def boost_covariance(model: ObserverModel, names: Sequence[str], learns: Flags, std: float, values: Array) -> Array:
+def boost_covariance(
+    model: ObserverModel,
+    names: Sequence[str],
+    learns: Flags,
+    std: float,
+    values: Array,
+    withheld: Sequence[str] = (),
+) -> Array:
     """Return what a boost adds to the covariance of the parameters, (filters, parameters, parameters).
 
     What damage does to a fin it does to all that the fins of an axis make, so these share one factor of what they are:
@@ -45,10 +52,14 @@ def boost_covariance(model: ObserverModel, names: Sequence[str], learns: Flags, 
         learns: which of all parameters learn, (parameters,).
         std: 1 sigma of the factor.
         values: of the parameters by now, (filters, parameters).
+        withheld: what these, of FINS, make stays as it is.
     """
     size = std * np.array(model.sizes)
     also = [by_fins(name) or name == X_G for name in model.names]
-    chosen = [name in names or (bool(own) and one) for name, own, one in zip(model.names, learns, also, strict=True)]
+    each = zip(model.names, learns, also, strict=True)
+    chosen = [
+        (name in names or (bool(own) and one)) and not any(fins in name for fins in withheld) for name, own, one in each
+    ]
     alone = [_alone(name) for name in model.names]
     covariance = np.repeat(np.diag(np.where(chosen, np.square(np.array(alone) * size), 0.0))[None], len(values), axis=0)
     for fins in FINS:
