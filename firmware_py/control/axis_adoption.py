@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from firmware_py.control.adoption_params import AdoptionParams
-from firmware_py.control.axis_memory import AxisMemory, Values, compared, proven
+from firmware_py.control.axis_memory import AxisMemory, Values, compared, proven, with_left
 from firmware_py.control.inherited_values import inherited, limits
 from firmware_py.control.lost_effect import Effect, share_left, with_share
 from firmware_py.control.model_evidence import Motion, no_evidence, pause, step
@@ -110,7 +110,7 @@ class AxisAdoption:
         each = zip(names, values, file, strict=True)
         doubt = max([abs(x - f) / abs(f) for name, x, f in each if name[0] in _MOMENTS])
         if self._on and valid and doubt <= _AGREES:  # so this is what sound fins do
-            self._memory = self._memory._replace(good=(values,), proven=values)
+            self._memory = self._memory._replace(good=(values,), proven=values, least=abs(values[-1]))
         return doubt
 
     @property
@@ -185,8 +185,7 @@ class AxisAdoption:
         m = self._memory = m._replace(unknown=unknown)
         share = share_left(self._model.shares, left)
         if share != m.share:
-            since = 0.0 if share < m.share else math.inf
-            m = self._memory = m._replace(share=share, since=since, whole=Effect(0.0, 0.0), halved=False)
+            m = self._memory = with_left(m, share)
             self._evidence = no_evidence(2)
         known = all(ok for ok, name in zip(valid, self._model.names, strict=True) if name[0] in _MOMENTS)
         if known and not m.valid and m.refusal is Refusal.RESIDUALS:

@@ -564,6 +564,16 @@ def test_fins_that_seemed_to_do_twice_what_was_proven_have_lost_nothing_once_the
     assert flown.fly(0.2, learned(0.05, M_ds=0.5)).halved == (True, False)
 
 
+def test_fins_that_seemed_to_grow_step_by_step_have_lost_nothing_once_they_do_what_was_proven() -> None:
+    """In a climb of three minutes planes stood still: each step held, and proved the next, up to twice what they do."""
+    flown = AdoptingVehicle()
+    for share in (1.0, 1.3, 1.6, 1.95, 1.0):
+        flown.diving = diving_model(VEHICLE, U, DivingCoefficients(FILE["M_q"], share * FILE["M_ds"]))
+        assert flown.fly(50.0, learned(0.05, M_ds=share)).halved == (False, False)
+    flown.diving = diving_model(VEHICLE, U, DivingCoefficients(FILE["M_q"], 0.5 * FILE["M_ds"]))
+    assert flown.fly(0.2, learned(0.05, M_ds=0.5)).halved == (True, False)
+
+
 def test_half_that_is_not_valid_or_not_sure_or_of_a_fin_that_is_nobody_knows_where_is_none() -> None:
     for std, valid, held in ((0.15, True, False), (SURE, False, False), (SURE, True, True)):
         flown = AdoptingVehicle()
