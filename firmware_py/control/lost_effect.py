@@ -48,9 +48,9 @@ def share_left(shares: Sequence[float], left: Sequence[FinHealth]) -> float:
 
     Args:
         shares: what each fin adds to the axis.
-        left: what is left of each; empty: all are sound.
+        left: what is left of each; empty: all are sound. One that stays counts: the allocator has others do its work.
     """
-    fins = [(abs(share), fin.effect) for share, fin in zip(shares, left, strict=False)]
+    fins = [(abs(share), 1.0 if fin.is_stuck else fin.effect) for share, fin in zip(shares, left, strict=False)]
     whole, part = sum([share for share, _ in fins]), sum([share * effect for share, effect in fins])
     return part / whole if part > 0.0 else 1.0
 

@@ -20,6 +20,7 @@ from firmware_py.records.health import (
 )
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
+from firmware_py.safety.actuators.crossed_watch import CrossedWatch
 from firmware_py.safety.actuators.drop_weight import DropWeightMemory, DropWeightWatch
 from firmware_py.safety.actuators.feedback import PERIOD, FeedbackLimits, FeedbackMemory, FeedbackWatch
 from firmware_py.safety.actuators.hull_memory import HullMemory
@@ -75,7 +76,7 @@ class ActuatorWatch:
         limits.append(FeedbackLimits(n_rate, share * n_rate, 0.0, params.n_tolerance, math.inf, *times, turns=True))
         self._params = params
         self._feedback = tuple([FeedbackWatch(limit) for limit in limits])
-        self._hull = HullWatch(params, vehicle, watch)
+        self._hull = (CrossedWatch if vehicle.fins_crossed else HullWatch)(params, vehicle, watch)
         self._thrust = ThrustWatch(vehicle, params.evidence, params.current, params.eddies)
         self._rows = vehicle.deflection_rows
         weight = vehicle.drop_weight
@@ -184,6 +185,8 @@ class ActuatorWatch:
             heard = frame.fins[i]
             known = heard.value if heard.ok else self._health.left[i].stuck  # what is not vouched for is no angle
             return FinHealth(1.0, known, FinEvidence.FEEDBACK)
+        if i in self._hull.resting:
+            return FinHealth(self._hull.left(i), 0.0, FinEvidence.MOTION)
         stuck = self._hull.stuck(i)
         if stuck == stuck and fault is ActuatorFault.JAMMED:
             return FinHealth(1.0, stuck, FinEvidence.MOTION)

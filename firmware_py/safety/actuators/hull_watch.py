@@ -19,6 +19,7 @@ from firmware_py.safety.actuators.hull_memory import HullMemory, Values
 from firmware_py.safety.actuators.hull_reference import CRUISE, HullReference
 from firmware_py.safety.actuators.hull_response import PERIOD, AxisWatch
 from firmware_py.safety.actuators.share_watch import ShareWatch
+from firmware_py.safety.actuators.single_fin import Step
 from firmware_py.safety.actuators.stuck_watch import StuckWatch
 from firmware_py.safety.actuators.water_motion import current_across, least_speed
 from firmware_py.safety.actuators.water_speed import WaterSpeed
@@ -32,7 +33,7 @@ _DEPTH_MIN, _SPEED_MIN = 2.5, 0.8
 _BRAKES = 0.6
 """A propeller that turns for less than this share of the speed is slowed, stopped or turned round: its race, which fins
 and hull feel, changes faster than the model says."""
-_NOTHING = 0.201
+NOTHING = 0.201
 """Fins that do no more than this share of what vehicle.toml says make no force; adoption holds values at 0.2."""
 _HELD_STD = 0.1
 """1 sigma of what fins do by coefficients that held in flight."""
@@ -63,6 +64,8 @@ class HullWatch:
         self._stuck = [StuckWatch(params.evidence, one, PERIOD) for one in eddies]
         self._heaved, self._flow, self._attitude = heaved_axis(vehicle), CrossFlow(PERIOD), AttitudeWitness()
         self._sums, self._speeds = [(0.0, 0), (0.0, 0)], [math.nan, math.nan]
+        self._explained = False  # by a single fin, what an axis seems to lack
+        self.resting: tuple[int, ...] = ()  # fins that stay at 0, for they are lost, or may be
         self._angles = [FinAngles(params, len(vehicle.fins)) for _ in eddies]  # fins of an X tail act on both axes
 
     def update(
@@ -135,8 +138,9 @@ class HullWatch:
         axes, left = tuple([axis.freeze() for axis in self._axes]), tuple([left.freeze() for left in self._left])
         held = tuple(self._sums), tuple(self._speeds), tuple([angles.freeze() for angles in self._angles])
         stuck = tuple([stuck.freeze() for stuck in self._stuck])
-        values, cross = tuple(self._reference.values), self._flow.memory
-        return HullMemory(values, axes, *held, left, cross, stuck, self._attitude.t_away)
+        return HullMemory(
+            tuple(self._reference.values), axes, *held, left, self._flow.memory, stuck, self._attitude.t_away
+        )
 
     def thaw(self, memory: HullMemory) -> None:
         """Restore the memory that `freeze` returned."""
@@ -182,7 +186,7 @@ class HullWatch:
         if not adopted.refuted[axis]:
             return True
         in_force = (adopted.diving, adopted.steering)[axis][-1]
-        if in_force / self._files[axis][-1] < _NOTHING:
+        if in_force / self._files[axis][-1] < NOTHING:
             watch.give_up()
         return False
 
@@ -200,14 +204,12 @@ class HullWatch:
         """Take one step of an axis; return whether its fault, or a fin that stays, is another one now."""
         t, was, stuck = tick.t, self._fault(axis), self._stuck[axis]
         known = adopted is None or self._follow(axis, adopted)
-        total, count = self._sums[axis]
-        self._sums[axis] = (0.0, 0)
+        (total, count), self._sums[axis] = self._sums[axis], (0.0, 0)
         told, mute = self._angles[axis].update(self._fins[axis], t, frame, applied, PERIOD)
         if stuck.stuck[0] >= 0 and stuck.stuck[0] not in mute:
             stuck.forget()
         n = frame.n.value if frame.n.usable(t, self._params.timeout) else applied.n
-        before, self._speeds[axis] = self._speeds[axis], math.nan
-        driven = self._advance * n
+        before, self._speeds[axis], driven = self._speeds[axis], math.nan, self._advance * n
         u = least_speed(driven, before, state, water)
         fast = max(u, water[0].u) if water else u
         across, steady = current_across(state, water) if axis else (0.0, True)
@@ -229,9 +231,16 @@ class HullWatch:
             if self._weigh(axis, t, state, u, cross, total / count, told, mute, bool(water)):
                 return True
         else:
-            for one in (self._axes[axis], self._left[axis], stuck):
-                one.pause()
+            self._pause(axis)
         return self._fault(axis) is not was
+
+    def _pause(self, axis: int) -> None:
+        """Judge nothing of an axis."""
+        for one in (self._axes[axis], self._left[axis], self._stuck[axis]):
+            one.pause()
+
+    def _weigh_fins(self, axis: int, step: Step, u: float, steady: bool, mute: tuple[int, ...]) -> None:
+        """Lay a step before what judges single fins: nothing does where none acts on both axes."""
 
     def _weigh(
         self,
@@ -247,18 +256,10 @@ class HullWatch:
     ) -> bool:
         """Lay one step before the three that judge an axis: effect or none, how much of it, and a fin that stays.
 
-        Return whether the last one has found another fin, or another angle.
-
-        Args:
-            axis: 0: pitch; 1: yaw.
-            t: now, s.
-            state: what is known of the motion.
-            u: the speed to which fins are held, m/s.
-            cross: the velocity across the hull through the water by the DVL, m/s.
-            rate: mean rate of turn, rad/s.
-            told: the angles of the fins, rad.
-            mute: the places of those that report nothing.
-            pinged: whether speed and current are known by pings.
+        Return whether the last one has found another fin, or another angle. The `axis` is 0 in pitch, 1 in yaw; `u` is
+        the speed to which fins are held at `t`, s, and `cross` that across the hull through the water, m/s, known by
+        the DVL if it `pinged`; `rate` is the mean rate of turn, rad/s. The angles of the fins, rad, are as `told`;
+        `mute` are the places of those that report nothing.
         """
         watch, left, stuck, model = self._axes[axis], self._left[axis], self._stuck[axis], self._reference.models[axis]
         acting, units = self._fins[axis], [model.control * self._shares[axis][i] for i in self._fins[axis]]
@@ -266,11 +267,15 @@ class HullWatch:
         most = sum([abs(unit) * self._travel[i] for i, unit in zip(acting, units, strict=True)])
         over = abs(angles) / most if most else math.inf  # fins that oppose each other hold against nothing
         share = damped_share(u * model.damping, PERIOD)  # 0.98 for a hull of 5.3 m, 0.87 for one of 1.1 m
-        damping, force = share * u * model.damping, share * u * u
-        restoring = model.restoring * math.sin(state.eta.theta)
+        damping, force, restoring = (
+            share * u * model.damping,
+            share * u * u,
+            model.restoring * math.sin(state.eta.theta),
+        )
         fins, hull = force * angles, share * (u * cross * model.crosswise + restoring)
         steady = not (axis and (self._flow.changes or state.sensors.dvl.fault is SourceFault.CURRENT))
-        alone = stuck.stuck[0] < 0  # else the angle of the one that stays is not known well enough to judge the others
+        # the angle of a fin that stays unreported is not known well enough to judge the others
+        alone = stuck.stuck[0] < 0 and not self._explained
         if alone:
             watch.update(rate, damping, hull, fins, over, u / CRUISE, steady, pinged)
         else:
@@ -279,14 +284,16 @@ class HullWatch:
         motion = self._reference.models[1].sway if axis else self._heaved.heave
         heard = cross if state.velocity_ok and pinged else math.nan
         cross = self._flow.carry(axis, t, motion, u, (rate, angles / model.control), heard)
-        if not self._reference.values[axis]:
-            left.pause()
-            stuck.pause()
-            return False
         if axis == 0:
             (a, b, c), v = self._heaved.turning, self._flow.memory.velocities[1]
             restoring += a * state.nu.r * state.nu.r + b * v * state.nu.r + c * v * v
         hull = share * (u * cross * model.crosswise + restoring)
+        each = [force * unit * angle for unit, angle in zip(units, told, strict=True)]
+        self._weigh_fins(axis, Step(rate, damping, share * restoring, hull, each), u, steady, mute)
+        if not self._reference.values[axis]:
+            left.pause()
+            stuck.pause()
+            return False
         if alone:
             left.update(rate, damping, hull, fins, steady, pinged)
         if not mute:
