@@ -51,6 +51,7 @@ class CrossedWatch(HullWatch):
         self._found, self._trial, self._top = [ActuatorFault.NONE] * count, -1, 0.0
         self._sure, self._moved, self._unknown = params.evidence, False, False
         self._water: tuple[WaterSpeed, ...] = ()
+        self._blind = True  # for single fins
 
     def fault(self, fin: int) -> ActuatorFault:
         """Return what is wrong with a fin, or the worst that is wrong with an axis that it acts on."""
@@ -106,7 +107,12 @@ class CrossedWatch(HullWatch):
 
     def _pause(self, axis: int) -> None:
         super()._pause(axis)
-        self._single.pause(axis)
+        self._forget(axis)
+
+    def _forget(self, axis: int) -> None:
+        """Ask an axis nothing of single fins, and take back what it told."""
+        if self._single.pause(axis):
+            self._top = max(self._single.likeliest.evidence)
 
     def _judge(
         self,
@@ -140,7 +146,7 @@ class CrossedWatch(HullWatch):
     def _agreed(self, fault: ActuatorFault, left: float, before: tuple[ActuatorFault, float]) -> bool:
         """Return whether the motion of both axes together speaks for what one of them has found, or that is no loss."""
         worse = left < before[1] or (fault is not before[0] and fault is not ActuatorFault.NONE)
-        return not worse or self._single.whole > SUSPECT * self._single.enough
+        return not worse or self._blind or self._single.whole > SUSPECT * self._single.enough
 
     def _weigh_fins(self, axis: int, step: Step, u: float, steady: bool, mute: tuple[int, ...]) -> None:
         """Lay a step before the hypotheses of single fins, and put one to rest, or name it.
@@ -150,8 +156,9 @@ class CrossedWatch(HullWatch):
         nobody knows whether it moves, only whole axes are judged.
         """
         single, was = self._single, (self._trial, tuple(self._found))
-        if mute or not self._water:
-            single.pause(axis)
+        self._blind = bool(mute) or not self._water
+        if self._blind:
+            self._forget(axis)
             return
         moments = [0.0] * len(self._found)
         for i, moment in zip(self._fins[axis], step.fins, strict=True):

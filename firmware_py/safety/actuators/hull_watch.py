@@ -138,9 +138,8 @@ class HullWatch:
         axes, left = tuple([axis.freeze() for axis in self._axes]), tuple([left.freeze() for left in self._left])
         held = tuple(self._sums), tuple(self._speeds), tuple([angles.freeze() for angles in self._angles])
         stuck = tuple([stuck.freeze() for stuck in self._stuck])
-        return HullMemory(
-            tuple(self._reference.values), axes, *held, left, self._flow.memory, stuck, self._attitude.t_away
-        )
+        values, cross = tuple(self._reference.values), self._flow.memory
+        return HullMemory(values, axes, *held, left, cross, stuck, self._attitude.t_away)
 
     def thaw(self, memory: HullMemory) -> None:
         """Restore the memory that `freeze` returned."""
@@ -204,7 +203,8 @@ class HullWatch:
         """Take one step of an axis; return whether its fault, or a fin that stays, is another one now."""
         t, was, stuck = tick.t, self._fault(axis), self._stuck[axis]
         known = adopted is None or self._follow(axis, adopted)
-        (total, count), self._sums[axis] = self._sums[axis], (0.0, 0)
+        total, count = self._sums[axis]
+        self._sums[axis] = (0.0, 0)
         told, mute = self._angles[axis].update(self._fins[axis], t, frame, applied, PERIOD)
         if stuck.stuck[0] >= 0 and stuck.stuck[0] not in mute:
             stuck.forget()
@@ -215,17 +215,9 @@ class HullWatch:
         across, steady = current_across(state, water) if axis else (0.0, True)
         if axis and self._flow.jumped(across):
             self._axes[axis].pause()
-        if (
-            count
-            and known
-            and steady
-            and applied.armed
-            and (n == 0.0 or driven > _BRAKES * fast)
-            and u > _SPEED_MIN
-            and state.depth_ok
-            and state.eta.z > _DEPTH_MIN
-            and speaks
-        ):
+        deep = state.depth_ok and state.eta.z > _DEPTH_MIN
+        judged = count and known and steady and applied.armed and speaks and deep
+        if judged and u > _SPEED_MIN and (n == 0.0 or driven > _BRAKES * fast):
             self._speeds[axis] = u
             cross = ((state.nu.v if axis else state.nu.w) if state.velocity_ok else 0.0) - across
             if self._weigh(axis, t, state, u, cross, total / count, told, mute, bool(water)):
@@ -267,11 +259,8 @@ class HullWatch:
         most = sum([abs(unit) * self._travel[i] for i, unit in zip(acting, units, strict=True)])
         over = abs(angles) / most if most else math.inf  # fins that oppose each other hold against nothing
         share = damped_share(u * model.damping, PERIOD)  # 0.98 for a hull of 5.3 m, 0.87 for one of 1.1 m
-        damping, force, restoring = (
-            share * u * model.damping,
-            share * u * u,
-            model.restoring * math.sin(state.eta.theta),
-        )
+        damping, force = share * u * model.damping, share * u * u
+        restoring = model.restoring * math.sin(state.eta.theta)
         fins, hull = force * angles, share * (u * cross * model.crosswise + restoring)
         steady = not (axis and (self._flow.changes or state.sensors.dvl.fault is SourceFault.CURRENT))
         # the angle of a fin that stays unreported is not known well enough to judge the others

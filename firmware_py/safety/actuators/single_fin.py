@@ -152,15 +152,16 @@ class SingleFin:
         self._filters = [AxisFilters(variance=self._least) for _ in AXES]
         self._cases = [[fresh] * (self._count + 1) for _ in EDDIES]
 
-    def pause(self, axis: int) -> None:
-        """Stop where an axis cannot be judged; what it has told is forgotten."""
+    def pause(self, axis: int) -> bool:
+        """Stop where an axis cannot be judged; what it has told is forgotten. Return whether it told anything."""
         filters = self._filters[axis]
         if not filters.running:
-            return
+            return False
         self._filters[axis] = filters._replace(running=0.0)
         for cases in self._cases:
             for i, case in enumerate(cases):
-                cases[i] = case._replace(sides=self._restarted(case.sides, axis))
+                cases[i] = self._weighed(i, case, self._restarted(case.sides, axis))
+        return True
 
     def _restarted(self, sides: tuple[Side, ...], axis: int) -> tuple[Side, ...]:
         side = Side(costs=self._filters[axis].costs)
