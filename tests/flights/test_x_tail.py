@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
+
 import numpy as np
 import pytest
 from sternplane.sitl.flight import SCENARIOS
@@ -9,8 +11,9 @@ from sternplane.sitl.flight import SCENARIOS
 from firmware_py.adapters.installation import configs
 from firmware_py.config_files import read_configuration
 from firmware_py.config_files import vehicle as vehicle_of
+from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.records.event import Cause
-from firmware_py.records.health import SourceState
+from firmware_py.records.health import ActuatorFault, SourceState
 from tests.shared_flights import Flights
 from tests.straight_run import hold, under_way
 
@@ -46,14 +49,14 @@ def test_a_stuck_fin_of_an_x_is_opposed_by_the_three_others(flown: Flights) -> N
 
 
 def test_an_x_that_lost_a_fin_dives_and_turns_with_the_three_others(flown: Flights) -> None:
-    """A lost fin still reports that it moves: none of the four is known to be the one, and all are asked for more."""
+    """A lost fin still reports that it moves. It is not named yet: lost at once, before anything is known of it."""
     z, psi, fins = turned_and_dived(flown, "lost:upper_port@4")
     assert z[-300:] == pytest.approx(12.0, abs=0.15)
     assert psi[-300:] == pytest.approx(40.0, abs=3.0)
     assert np.abs(fins).max() < np.radians(19.9)  # it is not steered at its limits
 
 
-def test_nothing_is_learned_of_an_x_that_lost_a_fin_and_no_sensor_is_blamed_for_it(flown: Flights) -> None:
+def test_an_x_that_lost_a_fin_learns_on_and_no_sensor_is_blamed_for_it(flown: Flights) -> None:
     """Its planes turn it then: the heading was not believed for that, and N_v was called valid 59 sigma off."""
     text = (SCENARIOS / "demo.toml").read_text().replace("duration_s = 330.0", "duration_s = 180.0", 1)
     faulty = text.replace('completes = "surfaced"', 'completes = "time"\nfaults = ["lost:upper_port@110"]', 1)
@@ -62,8 +65,15 @@ def test_nothing_is_learned_of_an_x_that_lost_a_fin_and_no_sensor_is_blamed_for_
     c, t = log.columns, log.columns["t"]
     before, after = (t > 100.0) & (t < 110.0), t > named
     assert named < 125.0
-    assert c["state.learned.valid"][before].any()
-    assert not c["state.learned.valid"][after].any()
+    lost, *sound = c["actuators.fins"][-1]
+    assert lost in (ActuatorFault.LOST, ActuatorFault.WEAK)
+    assert not any(sound)
+    valid, value, std = (c[f"state.learned.{name}"] for name in ("valid", "value", "std"))
+    assert valid[before].any()
+    built = asdict(vehicle_of(read_configuration(configs() / X)).coefficients)
+    right = np.array([built.get(name, 1.0) for name in TEN])
+    off = np.abs(value - right) / std
+    assert (off[after][valid[after].astype(bool)] > 4.0).mean() <= 0.01
     assert (c["state.sensors.ahrs.state"] == SourceState.GOOD).all()
     assert np.abs(log.truth["eta.z"] - c["reference.z_d"])[after].max() < 0.25
 

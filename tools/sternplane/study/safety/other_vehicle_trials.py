@@ -7,7 +7,7 @@ hull with four fins of which each steers both planes.
 from __future__ import annotations
 
 from sternplane.study.safety.struck import STERNS
-from sternplane.study.safety.trial import Allowed, Group, Named, flown_on
+from sternplane.study.safety.trial import Group, Named, flown_on
 
 _remus, _x_tail = flown_on("REMUS 100", vehicle="remus100"), flown_on("X tail", vehicle="torpedo_x")
 _SILENT, _JAMMED = 1.6, ("JAMMED", "HARD_OVER")
@@ -42,10 +42,6 @@ REMUS = Group(
     ),
 )
 _X_FINS = ("upper_port", "upper_starboard", "lower_starboard", "lower_port")
-_UNEVEN = (
-    Allowed(("ahrs",), ("STEERING",), "three fins of an X turn the hull as they dive it, beyond what rudders explain"),
-    Allowed(_X_FINS[1:], ("WEAK",), "one of the four is lost, and the motion does not tell which"),
-)
 X_TAIL = Group(
     "A vehicle with an X tail",
     (
@@ -69,9 +65,8 @@ X_TAIL = Group(
         _x_tail(
             "lost:upper_port",
             "lost:upper_port@{t}",
-            named=None,
-            note="a quarter of either plane is less than what is surely named, and the three others steer",
-            allowed=_UNEVEN,
+            named=Named(("upper_port",), None, ("LOST", "WEAK")),
+            note="by how it couples both planes, as soon as the fins are used; the three others steer",
         ),
         _x_tail(
             "slow: all fins, 2 deg/s",
