@@ -64,7 +64,7 @@ def test_an_x_that_lost_a_fin_learns_on_and_no_sensor_is_blamed_for_it(flown: Fl
     (named, *_) = [s for s, events in log.events for event in events if event.cause is Cause.DAMAGED]
     c, t = log.columns, log.columns["t"]
     before, after = (t > 100.0) & (t < 110.0), t > named
-    assert named < 125.0
+    assert named < 145.0  # it is lost on a leg: the next turn tells
     lost, *sound = c["actuators.fins"][-1]
     assert lost in (ActuatorFault.LOST, ActuatorFault.WEAK)
     assert not any(sound)
