@@ -88,7 +88,7 @@ class CoefficientEkf:
         self.banks = filters, BankArrays(vehicle, params)
         self.iteration = IteratedFilter(self.banks[1], params)
         self.withheld: tuple[str, ...] = ()
-        self.confirmed = Confirmed(len(params.names), bool(params.iteration_times), vehicle.fins_crossed)
+        self.confirmed = Confirmed(len(params.names), bool(params.iteration_times))
         self.iterated = self.confirmed.iterated
 
     def start(self, nu: Floats, angles: Floats, std: Floats, values: Mapping[str, float] | None = None) -> None:

@@ -23,12 +23,9 @@ class Confirmed:
         shaken: it was made uncertain after that.
     """
 
-    def __init__(self, count: int, iterates: bool, crossed: bool) -> None:
-        """Take how many there are, whether there are passes, and whether fins act on both axes, as those of an X.
-
-        One that an X has lost is named by what is learned within seconds, which no pass has seen, and by nothing else.
-        """
-        self._iterates, self._shakes = iterates, iterates and not crossed
+    def __init__(self, count: int, iterates: bool) -> None:
+        """Take how many there are, and whether there are passes."""
+        self._iterates = iterates
         self.iterated, self.shaken = np.full(count, not iterates), np.zeros(count, dtype=np.bool_)
 
     @property
@@ -43,7 +40,7 @@ class Confirmed:
 
     def shake(self, those: Flags) -> None:
         """Take note that those were made uncertain."""
-        self.shaken |= those & self._shakes
+        self.shaken |= those & self._iterates
 
     def heed(self, verdict: Verdict, permitted: Callable[[int], Flags]) -> None:
         """Take note of what became of a pass, which let learn what `permitted` says of the first so many."""

@@ -15,9 +15,9 @@ from firmware_py.vehicle.vehicle import Vehicle
 PLANES = {"M_ds", "Z_ds"}
 
 
-def confirmed(folder: str = "npsauv2") -> CoefficientEkf:
+def confirmed() -> CoefficientEkf:
     """Return a filter of which a pass has confirmed everything."""
-    file = configs() / folder / "vehicle.toml"
+    file = configs() / "npsauv2" / "vehicle.toml"
     vehicle = load(Vehicle, config_files.read_table(Vehicle, file, {}), "vehicle.toml")
     ekf = CoefficientEkf(vehicle, CoefficientParams(iteration_times=(10.0,), boost_std=0.4))
     ekf.start((1.8, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.1,) * 9)
@@ -47,12 +47,6 @@ def test_what_an_axis_was_known_by_is_confirmed_no_longer_once_that_is_forgotten
     ekf = confirmed()
     ekf.forget("NY")
     assert known(ekf) == {name for name in TEN if name[0] in "MZ"}
-
-
-def test_a_lost_fin_of_an_x_is_named_by_what_no_pass_has_confirmed() -> None:
-    ekf = confirmed("torpedo_x")
-    ekf.boost()
-    assert known(ekf) == set(TEN)
 
 
 def test_it_goes_on_from_a_memory() -> None:
