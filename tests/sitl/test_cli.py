@@ -99,7 +99,7 @@ def assert_one_line(result: subprocess.CompletedProcess[str], *words: str) -> No
         ("truth.toml", "Z_w = ", "Z_u = ", ("truth.toml: coefficients: Z_u is unknown",)),
         ("truth.toml", "substeps = 1", "substeps = 0", ("truth.toml: substeps = 0", "a whole number in [1, 100]")),
         ("io_sitl.toml", "ahrs = 23", "ahrs = 10", ("io_sitl.toml: nodes.ahrs = 10: is can.node_id already",)),
-        ("io_sitl.toml", "esc = 22", "esc = 23", ("io_sitl.toml: nodes: esc and ahrs have the same node id 23",)),
+        ("io_sitl.toml", "esc = 22", "esc = 125", ("io_sitl.toml: nodes.esc = 125: is can.plant_id already",)),
     ],
 )
 def test_a_bad_configuration_is_one_line_with_file_and_key(
