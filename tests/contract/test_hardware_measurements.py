@@ -254,3 +254,16 @@ def test_a_node_that_says_it_does_not_work_takes_its_own_fin_alone():
         frame = vehicle.read(0)
     assert [one.ok for one in frame.fins] == [True, True, False, True]
     assert frame.unhealthy == fin_bit(2)
+
+
+@pytest.mark.parametrize(("sick", "sound"), [("servo_hub", (2, 3)), (31, (0, 1))])
+def test_a_hub_that_says_it_does_not_work_takes_no_fin_of_another_node(sick, sound):
+    """Two fins are on the hub, the other two on a node of their own."""
+    fins = [{"name": name, "id": 1 + i, "node": 31 * (i > 1)} for i, name in enumerate(FIN_NAMES)]
+    with Vehicle(fins=fins) as vehicle:
+        for i in range(4):
+            vehicle.node(31 if i > 1 else "servo_hub").send(fin(1 + i, 0.125))
+        vehicle.node(sick).send(dronecan.uavcan.protocol.NodeStatus(health=3))
+        frame = vehicle.read(0)
+    assert [i for i, one in enumerate(frame.fins) if one.ok] == [*sound]
+    assert frame.unhealthy == sum(fin_bit(i) for i in range(4) if i not in sound)

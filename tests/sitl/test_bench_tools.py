@@ -423,6 +423,7 @@ def test_parameters_of_a_foreign_node_are_set_and_saved_and_one_that_it_does_not
             (("--set", "SERVO_RATE=fast"), "--set SERVO_RATE=fast: must be of type int64"),
             (("--set", f"SERVO_RATE={2**63}"), f"--set SERVO_RATE={2**63}: must be of type int64"),
             (("--set", f"{'A' * 93}=1"), "a name has at most 92 bytes"),
+            (("--set", "A\udcff=1"), "a name has printable characters only"),
             (("--set", f"SERVO_RATE={'1' * 129}"), "a value has at most 128 bytes"),
             (("--set", "NO_SUCH=1"), "--set NO_SUCH: node 77 has no such parameter"),
             (("--set", "SERVO_RATE"), "write NAME=VALUE"),

@@ -93,6 +93,8 @@ def _pair(text: str) -> tuple[str, str]:
     if not (name and equals and value):
         raise UsageError(f"--set {quoted(text)}: write NAME=VALUE")
     for what, part, most in (("name", name, _LONGEST_NAME), ("value", value, _LONGEST_TEXT)):
+        if not part.isprintable():
+            raise UsageError(f"--set {quoted(text)}: a {what} has printable characters only")
         if len(part.encode()) > most:
             raise UsageError(f"--set {quoted(text)}: a {what} has at most {most} bytes")
     return name, value

@@ -59,7 +59,7 @@ def roles_of(io: BusParams, servos: Sequence[FinServo]) -> dict[int, tuple[NodeR
     on_hub = own.pop(hub, 0)
     for node_id, fins in own.items():
         add(node_id, f"servo{node_id}", fins, _SERVO_HUB)
-    if len(found[hub]) > 1 and (own or not on_hub):  # the bit of the hub is about all fins, and some are not on it
+    if own or not on_hub:  # the bit of the hub is about all fins, and some are not on it
         found[hub] = [role._replace(bits=on_hub) if role.name == _SERVO_HUB else role for role in found[hub]]
     return {node_id: tuple(roles) for node_id, roles in found.items()}
 

@@ -18,7 +18,8 @@ _SHORTEST = 1e-3
 class SenderWatch:
     """Follows the transfer ids of one type from one node id; a transfer that does not continue them is a stray.
 
-    A stream goes on by one id a transfer, or by more if as many could have been lost in the time. A stray that is
+    A stream goes on by one id a transfer, or by more if as many could have been lost in the time: of one that comes in
+    bursts, as a hub reports its fins, as many as there are in a burst for each period between two. A stray that is
     continued, while the stream goes on too, is a second sender. One that is continued alone is the sender itself, which
     began to count anew.
 
@@ -28,7 +29,7 @@ class SenderWatch:
     """
 
     __slots__ = (
-        *("_answered", "_last", "_met", "_period", "_stray", "_t", "_t_stray", "_twice"),
+        *("_answered", "_burst", "_last", "_met", "_period", "_size", "_stray", "_t", "_t_stray", "_twice"),
         *("in_doubt", "missed", "strays"),
     )
 
@@ -36,6 +37,7 @@ class SenderWatch:
         self._last = -1
         self._t = -math.inf
         self._period = 0.0
+        self._burst, self._size = 1, 1.0
         self._stray = -1
         self._t_stray = -math.inf
         self._answered = False
@@ -59,17 +61,20 @@ class SenderWatch:
             Whether to believe it: it is of the stream, not a stray; whether it shows a second sender.
         """
         step, gap = (transfer_id - self._last - 1) % _IDS + 1, t - self._t
+        continued = self._stray >= 0 and (transfer_id - self._stray) % _IDS == 1
         if self._last < 0 or gap > max(_GAP, 4.0 * self._period):
             self._stray, self._met = -1, 0
         elif step == 1 or step <= self._most(gap):
             if step == 1:
                 self._learn(gap)
             self._answered = True
-        elif self._stray >= 0 and (transfer_id - self._stray) % _IDS == 1 and not self._answered:
+        elif continued and t == self._t_stray:  # of one burst, into which nobody could speak: no proof of anything
+            self._stray, self.in_doubt = transfer_id, False
+            return False, False
+        elif continued and not self._answered:
             self._learn(t - self._t_stray)
             self._stray, self._met = -1, 0
         else:
-            continued = self._stray >= 0 and (transfer_id - self._stray) % _IDS == 1
             self._met = self._met + 1 if continued else 0
             self._stray, self._t_stray, self._answered = transfer_id, t, False
             self._twice = self.in_doubt = step == _IDS
@@ -81,12 +86,20 @@ class SenderWatch:
         return not self.in_doubt, False
 
     def _learn(self, gap: float) -> None:
-        """Take an interval into the mean period; one of half a round of ids and more may hide a whole one."""
-        period = self._period
-        if period and gap > 0.5 * _IDS * period:
+        """Take an interval into the mean period, and none into the burst that has come.
+
+        One of half a round of ids and more may hide a whole one.
+        """
+        if gap == 0.0:
+            self._burst += 1
             return
-        self._period = max(period + _SHARE * (min(gap, 2.0 * period) - period) if period else gap, _SHORTEST)
+        period, burst, self._burst = self._period, self._burst, 1
+        if not period:
+            self._period, self._size = max(gap, _SHORTEST), burst
+        elif self._size * gap <= 0.5 * _IDS * period:
+            self._period = max(period + _SHARE * (min(gap, 2.0 * period) - period), _SHORTEST)
+            self._size += _SHARE * (burst - self._size)
 
     def _most(self, gap: float) -> int:
         """Return by how many ids the stream may have gone on in `gap`, s."""
-        return 1 + math.floor(gap / self._period + 0.5) if self._period else 1
+        return 1 + round(self._size) * math.floor(gap / self._period + 0.5) if self._period else 1

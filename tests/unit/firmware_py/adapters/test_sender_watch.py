@@ -143,3 +143,33 @@ def test_a_second_sender_of_another_rate_is_noticed_within_a_second(rates: tuple
     assert noticed[0] - begun < 1.0
     gaps = [after - before for before, after in zip(noticed, [*noticed[1:], 40.0], strict=True)]
     assert max(gaps) < 5.0
+
+
+def bursts(rate: float, seconds: float, fins: int, first: int = 0, start: float = 0.0) -> list[tuple[int, float]]:
+    """The reports of a hub, which come all at once."""
+    return [(first + fins * k + i, start + k / rate) for k in range(round(rate * seconds)) for i in range(fins)]
+
+
+@pytest.mark.parametrize("offset", range(32))
+@pytest.mark.parametrize("fins", [2, 4])
+@pytest.mark.parametrize("rates", [(10.0, 5.0), (10.0, 10.0), (10.0, 50.0), (20.0, 10.0), (50.0, 10.0), (50.0, 50.0)])
+def test_a_second_sender_beside_one_that_sends_in_bursts_is_noticed(
+    rates: tuple[float, float], fins: int, offset: int
+) -> None:
+    own, other = rates
+    begun = 20.0 + 0.5 / own
+    hub = bursts(own, 40.0, fins)
+    both = merged(hub, stream(other, 20.0, first=round(20.0 * own) * fins + offset, start=begun))
+    heard = list(zip(fed((i, t) for i, t, _ in both), both, strict=True))
+    noticed = [t for (_, second), (_, t, _) in heard if second]
+    assert min(noticed) >= begun
+    assert noticed[0] - begun < 1.5
+    assert sum(believed for (believed, _), (_, t, n) in heard if n and t <= noticed[0]) <= 5 + other * (other > own)
+
+
+@pytest.mark.parametrize("first", [3, 17, 31])
+def test_a_sender_of_bursts_that_counts_anew_is_believed_from_its_second_burst_on(first: int) -> None:
+    heard = fed(bursts(50.0, 10.0, 4) + bursts(50.0, 10.0, 4, first=first, start=10.04))
+    doubted = [i for i, (believed, _) in enumerate(heard) if not believed]
+    assert doubted == ([] if first == 17 else [2000, 2001, 2002, 2003])
+    assert not any(second for _, second in heard)
