@@ -243,7 +243,7 @@ class CoefficientEstimator:
 
         A value that its bound has stopped is no estimate: it has to be a sigma away.
         """
-        valid, iterated = self._health.verdict.valid, self.ekf.confirmed.holds.tolist()
+        valid, iterated = self._health.sure(sigma), self.ekf.confirmed.holds.tolist()
         known = self._begun and self._whole
         free = [
             a and b and not self._doubts.fins.holds(n) for a, b, n in zip(valid, iterated, self.ekf.names, strict=True)

@@ -11,6 +11,7 @@ it becomes so only while it is excited, and stays so while nothing contradicts i
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -192,6 +193,11 @@ class CoefficientValidity:
         """What is to be said of it."""
         dvl, gyro, attitude = (s / n if n >= COUNT_MIN else math.nan for s, n, _ in self._window.tolist())
         return Validity(tuple(self._valid.tolist()), tuple(self.excited.tolist()), (dvl, gyro, attitude))
+
+    def sure(self, std: Sequence[float]) -> list[bool]:
+        """Return what is valid, and certain by these 1 sigma too, (count,): those of all filters, which may differ."""
+        sure: list[bool] = (self._valid & (np.array(std) <= self._params.invalid_std * self._scale)).tolist()
+        return sure
 
     def freeze(self) -> ValidityMemory:
         """All that is remembered."""
