@@ -18,18 +18,14 @@ from dataclasses import replace
 from typing import Any
 
 from firmware_py.records.adoption import Adopted
-from firmware_py.records.command import Applied
-from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.health import ActuatorFault, AxisDoubt
-from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
 from firmware_py.safety.actuators.hull_memory import CrossedMemory, HullMemory, Values
 from firmware_py.safety.actuators.hull_response import PERIOD, SUSPECT
-from firmware_py.safety.actuators.hull_watch import NOTHING, HullWatch
+from firmware_py.safety.actuators.hull_watch import LEFT, NOTHING, HullWatch
 from firmware_py.safety.actuators.share_watch import ShareWatch
 from firmware_py.safety.actuators.single_fin import SingleFin, Step
 from firmware_py.safety.actuators.water_speed import WaterSpeed
-from firmware_py.tick import Tick
 from firmware_py.vehicle.vehicle import Vehicle
 
 _LIKELY = 0.5
@@ -37,7 +33,6 @@ _LIKELY = 0.5
 _CHANGE = 3.0
 """Another fin is put to rest if so much more speaks for it, nats."""
 _FAULTS = {0.5: ActuatorFault.WEAK, 1.0: ActuatorFault.LOST}
-_LEFT = {ActuatorFault.WEAK: 0.5, ActuatorFault.LOST: 0.0}
 
 
 class CrossedWatch(HullWatch):
@@ -50,7 +45,6 @@ class CrossedWatch(HullWatch):
         self._single = SingleFin(params.evidence, self._reference.eddies, count, PERIOD)
         self._found, self._trial, self._top = [ActuatorFault.NONE] * count, -1, 0.0
         self._sure, self._moved, self._unknown = params.evidence, False, False
-        self._water: tuple[WaterSpeed, ...] = ()
         self._blind = True  # for single fins
 
     def fault(self, fin: int) -> ActuatorFault:
@@ -59,7 +53,8 @@ class CrossedWatch(HullWatch):
 
     def left(self, fin: int) -> float:
         """Return the share of its effect that a fin has left."""
-        return _LEFT.get(self._found[fin], super().left(fin))
+        found = self._found[fin]
+        return LEFT[found] if found else super().left(fin)
 
     @property
     def doubts(self) -> tuple[AxisDoubt, ...]:
@@ -114,29 +109,14 @@ class CrossedWatch(HullWatch):
         if self._single.pause(axis):
             self._top = max(self._single.likeliest.evidence)
 
-    def _judge(
-        self,
-        axis: int,
-        tick: Tick,
-        frame: SensorFrame,
-        applied: Applied,
-        state: StateEstimate,
-        water: tuple[WaterSpeed, ...],
-        *known: Any,
-    ) -> bool:
-        self._water = water
-        changed = super()._judge(axis, tick, frame, applied, state, water, *known)
-        moved, self._moved = self._moved, False
-        return changed or moved
-
     def _weigh(self, axis: int, *seen: Any) -> bool:
         """As `HullWatch`; what is found of a whole axis counts only if the other one can agree."""
         if self._unknown:
             self._stuck[axis].pause()
         self._explained = self._unknown or self._trial >= 0 or self._top > _LIKELY * self._single.enough
         watch, left = self._axes[axis], self._left[axis]
-        before = watch.fault, left.left
-        changed = super()._weigh(axis, *seen)
+        before, self._moved = (watch.fault, left.left), False
+        changed = super()._weigh(axis, *seen) or self._moved
         if (watch.fault, left.left) == before or self._agreed(watch.fault, left.left, before):
             return changed
         watch.begin(watch.freeze().prior, before[0])
@@ -148,7 +128,9 @@ class CrossedWatch(HullWatch):
         worse = left < before[1] or (fault is not before[0] and fault is not ActuatorFault.NONE)
         return not worse or self._blind or self._single.whole > SUSPECT * self._single.enough
 
-    def _weigh_fins(self, axis: int, step: Step, u: float, steady: bool, mute: tuple[int, ...]) -> None:
+    def _weigh_fins(
+        self, axis: int, step: Step, u: float, steady: bool, mute: tuple[int, ...], water: tuple[WaterSpeed, ...]
+    ) -> None:
         """Lay a step before the hypotheses of single fins, and put one to rest, or name it.
 
         Whole axes are held to the least speed that there may be, u, lest sound fins look weak. One fin among others is
@@ -156,14 +138,14 @@ class CrossedWatch(HullWatch):
         nobody knows whether it moves, only whole axes are judged.
         """
         single, was = self._single, (self._trial, tuple(self._found))
-        self._blind = bool(mute) or not self._water
+        self._blind = bool(mute) or not water
         if self._blind:
             self._forget(axis)
             return
         moments = [0.0] * len(self._found)
         for i, moment in zip(self._fins[axis], step.fins, strict=True):
             moments[i] = moment if self._found[i] is ActuatorFault.NONE else 0.0
-        single.update(axis, step._replace(fins=moments).at(self._water[0].u / u), steady)
+        single.update(axis, step._replace(fins=moments).at(water[0].u / u), steady)
         said = single.likeliest
         evidence, trial = said.evidence, self._trial
         self._top = top = max(evidence)

@@ -39,7 +39,7 @@ _HELD_STD = 0.1
 """1 sigma of what fins do by coefficients that held in flight."""
 _FAR = 0.1
 """Where what fins do, the last coefficient, differs by more than this share, it is another vehicle."""
-_LEFT = {ActuatorFault.NONE: 1.0, ActuatorFault.WEAK: 0.5, ActuatorFault.LOST: 0.0}
+LEFT = {ActuatorFault.NONE: 1.0, ActuatorFault.WEAK: 0.5, ActuatorFault.LOST: 0.0}
 """What each fault leaves of the fins' effect."""
 
 
@@ -111,7 +111,7 @@ class HullWatch:
 
     def left(self, fin: int) -> float:
         """Return the share of its effect that a fin has left, as the worst axis that it acts on shows."""
-        return min([_LEFT[self._fault(axis)] for axis, fins in enumerate(self._fins) if fin in fins], default=1.0)
+        return min([LEFT[self._fault(axis)] for axis, fins in enumerate(self._fins) if fin in fins], default=1.0)
 
     def stuck(self, fin: int) -> float:
         """Return the angle, rad, at which a fin stays that does not report it; NaN: none, or nobody knows."""
@@ -169,7 +169,7 @@ class HullWatch:
         if adopted.halved[axis] and self._fault(axis) is ActuatorFault.NONE:
             self._refer(axis, held)
             watch.begin(_HELD_STD)
-            left.begin(_LEFT[ActuatorFault.WEAK])
+            left.begin(LEFT[ActuatorFault.WEAK])
             stuck.pause()
             return True
         if held and held[0] == held[0]:
@@ -220,7 +220,7 @@ class HullWatch:
         if judged and u > _SPEED_MIN and (n == 0.0 or driven > _BRAKES * fast):
             self._speeds[axis] = u
             cross = ((state.nu.v if axis else state.nu.w) if state.velocity_ok else 0.0) - across
-            if self._weigh(axis, t, state, u, cross, total / count, told, mute, bool(water)):
+            if self._weigh(axis, t, state, u, cross, total / count, told, mute, water):
                 return True
         else:
             self._pause(axis)
@@ -231,7 +231,9 @@ class HullWatch:
         for one in (self._axes[axis], self._left[axis], self._stuck[axis]):
             one.pause()
 
-    def _weigh_fins(self, axis: int, step: Step, u: float, steady: bool, mute: tuple[int, ...]) -> None:
+    def _weigh_fins(
+        self, axis: int, step: Step, u: float, steady: bool, mute: tuple[int, ...], water: tuple[WaterSpeed, ...]
+    ) -> None:
         """Lay a step before what judges single fins: nothing does where none acts on both axes."""
 
     def _weigh(
@@ -244,17 +246,20 @@ class HullWatch:
         rate: float,
         told: tuple[float, ...],
         mute: tuple[int, ...],
-        pinged: bool,
+        water: tuple[WaterSpeed, ...],
     ) -> bool:
         """Lay one step before the three that judge an axis: effect or none, how much of it, and a fin that stays.
 
         Return whether the last one has found another fin, or another angle. The `axis` is 0 in pitch, 1 in yaw; `u` is
-        the speed to which fins are held at `t`, s, and `cross` that across the hull through the water, m/s, known by
-        the DVL if it `pinged`; `rate` is the mean rate of turn, rad/s. The angles of the fins, rad, are as `told`;
-        `mute` are the places of those that report nothing.
+        the speed to which fins are held at `t`, s, and `cross` that across the hull, m/s, known by the DVL if `water`
+        is; `rate` is the mean rate of turn, rad/s. Angles, rad, are as `told`, `mute` the places that report nothing.
         """
         watch, left, stuck, model = self._axes[axis], self._left[axis], self._stuck[axis], self._reference.models[axis]
-        acting, units = self._fins[axis], [model.control * self._shares[axis][i] for i in self._fins[axis]]
+        pinged, acting, units = (
+            bool(water),
+            self._fins[axis],
+            [model.control * self._shares[axis][i] for i in self._fins[axis]],
+        )
         angles = sum([unit * angle for unit, angle in zip(units, told, strict=True)])
         most = sum([abs(unit) * self._travel[i] for i, unit in zip(acting, units, strict=True)])
         over = abs(angles) / most if most else math.inf  # fins that oppose each other hold against nothing
@@ -278,7 +283,7 @@ class HullWatch:
             restoring += a * state.nu.r * state.nu.r + b * v * state.nu.r + c * v * v
         hull = share * (u * cross * model.crosswise + restoring)
         each = [force * unit * angle for unit, angle in zip(units, told, strict=True)]
-        self._weigh_fins(axis, Step(rate, damping, share * restoring, hull, each), u, steady, mute)
+        self._weigh_fins(axis, Step(rate, damping, share * restoring, hull, each), u, steady, mute, water)
         if not self._reference.values[axis]:
             left.pause()
             stuck.pause()
