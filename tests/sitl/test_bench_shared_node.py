@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,34 +10,15 @@ from typing import Any
 import pytest
 from sternplane.hardware import fins_sweep, sweep
 
-from firmware_py.adapters.buses.can_bus import open_bus
-from tests.bus_numbers import free_number
-from tests.command import Forked
-
-from .test_bench_tools import SITL, Plant, checked, tool
+from .bench_plant import SITL, Plant, checked, started, tool
 
 PERIPH = SITL.with_name("io_periph.toml")
 HERE = ("fin stern_port", "fin stern_starboard", "fin rudder_upper", "fin rudder_lower", "pressure", "fix", "n")
 
 
-@contextlib.contextmanager
-def started(folder: Path, *words: str) -> Iterator[Plant]:
-    with free_number() as number:
-        found = Plant(f"udp:{number}", folder / "dvl", folder)
-        desk = ("--io", PERIPH, "--bus", found.bus, "--dvl", found.dvl, "--pace", "realtime")
-        process = Forked("plant", *desk, *words, cwd=folder)
-        try:
-            process.until_said("plant on")
-            with contextlib.closing(open_bus(found.bus)) as bus:
-                assert bus.drain(1, 60.0)
-            yield found
-        finally:
-            process.close()
-
-
 @pytest.fixture(scope="module")
 def plant(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Plant]:
-    with started(tmp_path_factory.mktemp("periph")) as found:
+    with started(tmp_path_factory.mktemp("periph"), "--io", PERIPH) as found:
         yield found
 
 
@@ -93,7 +73,7 @@ def test_its_fins_are_swept_while_its_propeller_rests(plant: Plant, monkeypatch:
 
 
 def test_a_node_that_says_it_does_not_work_is_told_once_with_its_roles(tmp_path: Path) -> None:
-    with started(tmp_path, "--fault", "critical:esc@0") as plant:
+    with started(tmp_path, "--io", PERIPH, "--fault", "critical:esc@0") as plant:
         found = checked(plant, "--dvl", plant.dvl, file=PERIPH, status=1)
     assert {one["state"] for one in found["roles"] if one["role"] in HERE} == {"says that it does not work"}
     assert said_of(found, "n") == [

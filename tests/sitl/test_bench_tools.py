@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import dronecan
 import pytest
@@ -28,49 +28,22 @@ from firmware_py.wire.dronecan.transfer import Reassembler, TransferSender
 from tests.bus_numbers import free_number
 from tests.command import Forked, called
 
+from .bench_plant import SITL, Plant, checked, started, tool
+
 ROOT = Path(__file__).resolve().parents[2]
 JAM = ("--fault", "jam:stern_port@0.1")
-SITL = ROOT / "configs" / "npsauv2" / "io_sitl.toml"
-
-
-class Plant(NamedTuple):
-    """A simulated vehicle: its bus, the DVL's port, its folder."""
-
-    bus: str
-    dvl: Path
-    folder: Path
 
 
 @pytest.fixture(scope="module")
 def plant(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Plant]:
-    folder = tmp_path_factory.mktemp("bench")
-    with free_number() as number:
-        found = Plant(f"udp:{number}", folder / "dvl", folder)
-        process = Forked("plant", "--bus", found.bus, "--dvl", found.dvl, "--pace", "realtime", *JAM, cwd=folder)
-        try:
-            process.until_said("plant on")
-            with contextlib.closing(open_bus(found.bus)) as bus:
-                assert bus.drain(1, 60.0)
-            yield found
-        finally:
-            process.close()
+    with started(tmp_path_factory.mktemp("bench"), *JAM) as found:
+        yield found
 
 
 @pytest.fixture
 def bus(plant: Plant) -> Iterator[CanBus]:
     with contextlib.closing(open_bus(plant.bus)) as opened:
         yield opened
-
-
-def tool(plant: Plant, *words: str | Path, status: int = 0) -> str:
-    done = called(*words, cwd=plant.folder)
-    assert done.returncode == status, done.stdout + done.stderr
-    return done.stdout
-
-
-def checked(plant: Plant, *words: str | Path, file: Path = SITL, status: int = 0) -> dict:
-    seconds = ("--seconds", "1.3", "--json")
-    return json.loads(tool(plant, "io", "check", file, "--bus", plant.bus, *words, *seconds, status=status))
 
 
 def test_every_role_of_a_whole_vehicle_is_heard_fresh_with_its_value(plant: Plant) -> None:
@@ -486,7 +459,7 @@ def test_a_silent_bus_is_told_with_what_to_look_at(tmp_path: Path, monkeypatch: 
     monkeypatch.setattr(fins_sweep, "_LISTEN_S", 0.2)
     with free_number() as number:
         bus = ("--bus", f"udp:{number}")
-        listened = called("can", "monitor", *bus, "--seconds", "0.2", cwd=tmp_path)
+        listened = called("can", "monitor", *bus, "--seconds", "0.2", cwd=ROOT)
         missing = called("io", "check", SITL, *bus, "--dvl", "none", "--seconds", "0.2", cwd=tmp_path)
         swept = called("fins", "--sweep", "--yes", *bus, cwd=tmp_path)
     assert listened.returncode == missing.returncode == 1
