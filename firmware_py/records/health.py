@@ -112,7 +112,7 @@ class ActuatorFault(enum.IntEnum):
     """What is wrong with a fin or with the propeller."""
 
     NONE = 0
-    SILENT = 1  # it reports nothing; whether it moves is not known
+    SILENT = 1  # it reports nothing, or nothing that is believed; whether it moves is not known
     JAMMED = 2
     HARD_OVER = 3  # jammed at the end of its travel
     LOST = 4  # it moves, but makes no force

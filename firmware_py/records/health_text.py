@@ -28,7 +28,7 @@ _SOURCE_FAULTS: Mapping[SourceFault, str] = {
 }
 _ACTUATOR_FAULTS: Mapping[ActuatorFault, str] = {
     ActuatorFault.NONE: "no fault",
-    ActuatorFault.SILENT: "reports nothing",
+    ActuatorFault.SILENT: "reports nothing valid",
     ActuatorFault.JAMMED: "jammed",
     ActuatorFault.HARD_OVER: "jammed at the end of its travel",
     ActuatorFault.LOST: "makes no force",

@@ -139,7 +139,7 @@ class SafetyParams:
     propeller_action: Action = param(_DROP, doc="The propeller is jammed or lost.", mav="PROP_ACT", **_UP_ONLY)
     runaway_action: Action = param(_SURFACE, doc="The propeller drives faster than it is told.", mav="RUNAWAY_ACT")
     actuator_silent_action: Action = param(
-        _WARN, doc="A fin, the propeller or the hardpoint reports nothing.", mav="ACTR_SIL_ACT"
+        _WARN, doc="A fin, the propeller or the hardpoint reports nothing valid.", mav="ACTR_SIL_ACT"
     )
     actuator_worn_action: Action = param(_WARN, doc="One is slow or loose, or the propeller weak.", mav="ACTR_WRN_ACT")
     bus_time: float = param(

@@ -709,7 +709,7 @@ def test_a_hardpoint_that_falls_silent_is_told_and_a_rule_warns() -> None:
     told = [text for _ in range(25) for text in with_weight(vehicle, WeightState.SILENT)]
     assert told == [
         "drop weight: its hardpoint says nothing any longer",
-        "drop weight: reports nothing (a rule warns)",
+        "drop weight: reports nothing valid (a rule warns)",
     ]
     assert with_weight(vehicle, WeightState.HELD) == ("drop weight held: its hardpoint says so",)
 

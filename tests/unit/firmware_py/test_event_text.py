@@ -125,11 +125,11 @@ def test_a_rule_does_not_repeat_word_for_word_what_a_watch_told(kind: EventKind)
     watch = texts([event(EventKind.ACTUATOR_FAULT, numbers=silent, names=("stern_port",))])
     rule = texts([event(kind, Cause.ACTUATOR_SILENT, silent, ("stern_port",))])
     does = {EventKind.RULE_WARNS: "a rule warns", EventKind.RULE_HOLDS: "one more reason for the mode"}[kind]
-    assert (watch, rule) == (["stern_port: reports nothing"], [f"stern_port: reports nothing ({does})"])
+    assert (watch, rule) == (["stern_port: reports nothing valid"], [f"stern_port: reports nothing valid ({does})"])
     assert texts([event(kind, Cause.DVL_BAD, lost)]) == [f"DVL not to be relied on: silent ({does})"]
     changed = event(EventKind.MODE_CHANGED, Cause.ACTUATOR_SILENT, silent, ("stern_port",), before=Mode.MISSION,
                     after=Mode.SURFACE)  # fmt: skip
-    assert texts([changed]) == ["MISSION -> SURFACE: stern_port: reports nothing"]
+    assert texts([changed]) == ["MISSION -> SURFACE: stern_port: reports nothing valid"]
 
 
 def test_all_that_changed_of_a_vehicle_is_one_sentence() -> None:
