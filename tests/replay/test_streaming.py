@@ -21,13 +21,16 @@ from sternplane.logs.replay import replay
 from sternplane.logs.streaming import stream
 from sternplane.logs.summary import summarise
 from sternplane.logs.summary_text import key_figures
+from sternplane.logs.truth_beside import TIME_TOPIC, VehicleTime
 from sternplane.report import figures
 from sternplane.report.thinning import envelope, stride_of
 
 from firmware_py.adapters.storage.recorder import LogWriter
+from firmware_py.marine import Eta, Nu
 from firmware_py.records.health import SensorHealth, WeightState
 from firmware_py.records.mission import Mission, Waypoint
 from firmware_py.records.order import MissionChange, Mode
+from sim_bridge.truth_sample import TruthSample
 
 REPORT = """
 import resource, sys
@@ -216,6 +219,53 @@ def test_truth_in_a_file_of_its_own_is_found_for_every_cycle(
     np.testing.assert_array_equal(z, whole.truth["eta.z"])
     assert z[200] == both.truth["eta.z"][200]
     same(summarise(stream(path)), summarise(log))
+
+
+Clock = list[tuple[float, int]]
+"""Time of the plant and uptime of the vehicle, s, at each NodeStatus."""
+
+
+@pytest.mark.parametrize(
+    ("begins", "clock", "ahead"),
+    [
+        (0.0, [(7.01, 0), (8.02, 1), (9.01, 2)], 7.01),
+        (0.0, [(1.0, 0), (31.0, 30), (40.5, 0), (42.5, 2), (50.0, 0), (99.0, 49)], 40.5),
+        (0.0, [(0.5, 0), (0.6, 0), (2.5, 2)], 0.5),
+        (0.0, [(-0.0, 0), (1.99, 2)], -0.01),
+        (0.0, [(5.0, 0)], None),
+        (0.0, [], None),
+        (5.0, [(2.0, 0), (4.0, 2)], None),
+    ],
+    ids=["late", "of several", "two at first", "together", "ended sooner", "not heard", "began later"],
+)
+def test_the_truth_of_a_plant_with_a_clock_of_its_own_is_that_of_the_vehicles_time(
+    tmp_path: Path, toy: SimpleNamespace, begins: float, clock: Clock, ahead: float | None
+) -> None:
+    path = toy.fly(tmp_path / "log.mcap", truth=False)
+    vehicle_t = read(path).columns["t"]
+    assert vehicle_t[-1] == pytest.approx(2.99)
+
+    def truth(t: float) -> TruthSample:
+        return TruthSample(Eta(0.0, 0.0, 0.1 * t, 0.0, 0.0, 0.0), Nu(*[0.0] * 6), (0.0, 0.0, 0.0), (0.0,) * 4, 0.0)
+
+    with LogWriter(path.with_name("truth.mcap"), {"lockstep": False}) as writer:
+        writer.channel("/truth", truth(0.0))
+        writer.channel(TIME_TOPIC, VehicleTime(0.0))
+        heard = iter(clock)
+        told = next(heard, None)
+        for k in range(round(begins * 100), 10_000):
+            writer.write("/truth", k * 10_000_000, truth(0.01 * k))
+            while told is not None and told[0] <= 0.01 * k + 1e-9:
+                writer.write(TIME_TOPIC, k * 10_000_000, VehicleTime(float(told[1])))
+                told = next(heard, None)
+    log = read(path)
+    (whole,) = log.pieces()
+    streamed = [piece.truth for piece in stream(path).pieces()]
+    if ahead is None:
+        assert (log.truth, whole.truth, streamed) == ({}, {}, [{}])
+        return
+    np.testing.assert_allclose(whole.truth["eta.z"][1:], 0.1 * (vehicle_t[1:] + ahead), atol=2e-3)
+    np.testing.assert_array_equal(streamed[0]["eta.z"], whole.truth["eta.z"])
 
 
 def test_a_log_that_was_cut_off_is_streamed_up_to_there(flown: Path, tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from sternplane.logs.reading import read
 from sternplane.logs.replay import replay
@@ -20,6 +21,7 @@ from firmware_py.wire.dronecan.node_messages import LockstepTick, LockstepTickDo
 from tests.command import called
 from tests.shared_flights import Flights
 from tests.sitl.conftest import Start
+from tests.straight_run import under_way
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -172,3 +174,27 @@ def test_a_plant_that_dies_in_real_time_is_the_supervisors_affair(
     log = read(tmp_path / "vehicle" / "log.mcap")
     assert log.complete
     assert not list(log.cycles)[-1].state.attitude_ok
+
+
+def test_the_truth_of_a_plant_that_began_long_before_is_compared_with_the_vehicles_time(
+    tmp_path: Path, bus_spec: str, bus: CanBus, start: Start
+) -> None:
+    dvl, water = tmp_path / "dvl", tmp_path / "water.toml"
+    water.write_text(under_way(60.0, 8.0, eddies=0.5))
+    words = ("--bus", bus_spec, "--dvl", dvl)
+    plant = start("plant", *words, "--pace", "realtime", "--scenario", water, "--out", "run")
+    for _ in range(100):  # a second at least
+        until_heard(bus, 22)
+    fly = start("fly", *words, "--out", "run")
+    until_heard(bus, 10)
+    for _ in range(500):  # some seconds
+        until_heard(bus, 10)
+    for process in (fly, plant):
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=20)
+    log = read(tmp_path / "run" / "log.mcap")
+    c, truth = log.columns, log.truth
+    r, true_r = c["frame.ahrs.value.r"], truth["nu.r"]
+    heard = c["frame.ahrs.fresh"] & (c["t"] > 0.5)
+    assert heard.sum() > 100
+    assert np.std(r[heard] - true_r[heard]) < 0.4 * np.std(true_r[heard])  # by eddies

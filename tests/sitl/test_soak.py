@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sternplane.logs.reading import TRUTH_FILE
 from sternplane.logs.replay import Difference, ReplayResult
+from sternplane.logs.truth_beside import TRUTH_FILE
 from sternplane.soak import __main__ as soak
 from sternplane.soak import judgement
 from sternplane.soak.course import SPEED, configuration, course

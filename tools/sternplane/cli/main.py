@@ -114,7 +114,7 @@ def parser() -> argparse.ArgumentParser:
     _add_seed(plant)
     plant.add_argument("--dvl", metavar="PATH", help="name of the link to the DVL's line [as the io file says]")
     vehicle.add_lines(plant, "make")
-    plant.add_argument("--out", type=Path, metavar="DIR", help="where truth.mcap is left [nowhere]")
+    plant.add_argument("--out", type=Path, metavar="DIR", help="where truth.mcap is left, for the log there [nowhere]")
     plant.add_argument(
         "--wait", type=float, metavar="S", help="how long a vehicle may take to come [60; in real time 0, for none]"
     )

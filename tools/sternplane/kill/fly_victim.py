@@ -9,7 +9,8 @@ from typing import Any
 
 from sternplane.kill.judgement import Off, distance, last_time, left_down, no_start, read_log, worst_of, wrong
 from sternplane.kill.processes import PLANT, VEHICLE, OnBus, Station, ended
-from sternplane.logs.reading import TRUTH_FILE, read
+from sternplane.logs.reading import read
+from sternplane.logs.truth_beside import TRUTH_FILE
 
 _CHECKED_S = 1.0
 """The estimate of the next flight is held against the truth for its first second."""

@@ -9,7 +9,8 @@ from typing import Any
 
 from sternplane.kill.judgement import no_start, read_log, wrong
 from sternplane.kill.processes import PLANT, OnBus, Station, ended
-from sternplane.logs.reading import TRUTH_FILE, read
+from sternplane.logs.reading import read
+from sternplane.logs.truth_beside import TRUTH_FILE
 
 _HEARS_S = 5.0
 """The next plant must be heard within this time, with all its sensors."""

@@ -33,12 +33,10 @@ from firmware_py.wire.log.losses import LoggedLoss
 from firmware_py.wire.log.ros2_schema import Layout, SchemaError
 from sternplane.logs.log_file import DAMAGE, LogFile
 from sternplane.logs.logged_changes import decode_change
+from sternplane.logs.truth_beside import BEGIN_NS, truth_beside
 
 R = TypeVar("R")
 Columns = dict[str, npt.NDArray[Any]]
-
-TRUTH_FILE = "truth.mcap"
-"""Where a plant in a process of its own leaves what was really the case, in the folder of the run."""
 
 LARGE = 10_000_000
 """A log of so many bytes takes ten seconds to report."""
@@ -195,6 +193,8 @@ class LoggedRun:
     def _cycles(self) -> Topic:
         if CYCLE_TOPIC not in self.topics:
             why = f"it is {self.lost}" if self.lost else "the run ended within its first second"
+            if TRUTH_TOPIC in self.topics:
+                why = "it is a plant's, of the truth; it is read with a vehicle's log.mcap in its folder"
             raise LogError(f"{self.path}: the log holds no cycle; {why}")
         return self.topics[CYCLE_TOPIC]
 
@@ -266,25 +266,21 @@ def find(path: str | Path) -> Path:
 def read(path: str | Path) -> Log:
     """Reads a log up to its end, without the chunks that are damaged or cut off.
 
-    What a plant in another process wrote beside it, truth.mcap, is read with it.
+    What a plant in another process wrote beside it, truth.mcap, is read with it, if it is known from the begin on.
 
     Raises:
         LogError: no such file, not a log of ours, another format, or nothing to recover.
     """
     path = Path(path)
     log = _open(path)
-    beside = path.with_name(TRUTH_FILE)
-    if TRUTH_TOPIC not in log.topics and beside != path and beside.exists():
-        truth = _open(beside).topics.get(TRUTH_TOPIC)
-        if truth is not None and truth.times and CYCLE_TOPIC in log.topics:
-            log.topics[TRUTH_TOPIC] = _at(truth, log.topics[CYCLE_TOPIC].times)
+    if TRUTH_TOPIC not in log.topics and CYCLE_TOPIC in log.topics:
+        times = log.topics[CYCLE_TOPIC].times
+        beside = [*truth_beside(path, times[-1])]
+        if beside and beside[0][0].time <= times[0] + BEGIN_NS:  # the newest that is not after each cycle
+            rows = np.searchsorted([message.time for message, _ in beside], times, side="right") - 1
+            messages = [beside[max(row, 0)][0].data for row in rows]
+            log.topics[TRUTH_TOPIC] = Topic(*beside[0][1], times, messages)
     return log
-
-
-def _at(truth: Topic, times: list[int]) -> Topic:
-    """The truth at the times of the cycles: the newest that is not after each."""
-    rows = np.maximum(np.searchsorted(truth.times, times, side="right") - 1, 0)
-    return Topic(truth.name, truth.schema, times, [truth.messages[row] for row in rows])
 
 
 def _open(path: Path) -> Log:

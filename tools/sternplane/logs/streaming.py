@@ -11,8 +11,9 @@ import numpy as np
 from firmware_py.adapters.storage.recorder import CHANGES_TOPIC, CYCLE_TOPIC, LOSSES_TOPIC, PAYLOAD_TOPIC, TRUTH_TOPIC
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.sensing import PayloadReading
-from sternplane.logs.log_file import LogFile
-from sternplane.logs.reading import TRUTH_FILE, Columns, LoggedRun, Piece, Topic
+from sternplane.logs.log_file import LogFile, LoggedMessage
+from sternplane.logs.reading import Columns, LoggedRun, Piece, Topic
+from sternplane.logs.truth_beside import BEGIN_NS, truth_beside
 
 ROWS = 8_000
 """Cycles of a piece: with all its columns some 50 MB."""
@@ -24,10 +25,12 @@ class StreamedLog(LoggedRun):
 
     Attributes:
         count: how many cycles there are.
+        end_ns: vehicle time of the last one, ns.
         rows: vehicle time, ns -> number of the cycle, for those with a change.
     """
 
     count: int
+    end_ns: int
     rows: dict[int, int]
 
     def row(self, t_ns: int) -> int:
@@ -67,22 +70,14 @@ class _Truth:
     """The true state beside the cycles: the newest that is not after each; out of the log, or of the file beside it."""
 
     def __init__(self, log: StreamedLog) -> None:
-        self._beside: Iterator[tuple[int, bytes]] = iter(())
+        self._beside: Iterator[tuple[LoggedMessage, tuple[str, str]]] = iter(())
         self._own = TRUTH_TOPIC in log.topics
         self._topic = log.topics.get(TRUTH_TOPIC)
         self._times: list[int] = []
         self._messages: list[bytes] = []
         self._begun = False
-        path = log.path.with_name(TRUTH_FILE)
-        if not self._own and path != log.path and path.exists():
-            self._beside = self._read(LogFile(path))
-
-    def _read(self, file: LogFile) -> Iterator[tuple[int, bytes]]:
-        for messages in file.chunks():
-            for topic, time, data in messages:
-                if topic == TRUTH_TOPIC:
-                    self._topic = self._topic or Topic(*file.schemas[topic], [], [])
-                    yield time, data
+        if not self._own:
+            self._beside = truth_beside(log.path, log.end_ns)
 
     def add(self, time: int, data: bytes) -> None:
         """Take in what was true at a time, ns; times do not decrease."""
@@ -95,9 +90,12 @@ class _Truth:
             found = next(self._beside, None)
             if found is None:
                 break
-            self.add(*found)
-        if self._own and not self._begun and (not self._times or self._times[0] > times[0]):
-            self._topic = None
+            message, schema = found
+            self._topic = self._topic or Topic(*schema, [], [])
+            self.add(message.time, message.data)
+        late = 0 if self._own else BEGIN_NS
+        if not self._begun and (not self._times or self._times[0] > times[0] + late):
+            self._topic, self._beside = None, iter(())
         self._begun = True
         if self._topic is None or not self._times:
             return {}
@@ -117,7 +115,7 @@ def stream(path: str | Path) -> StreamedLog:
     file = LogFile(Path(path))
     topics: dict[str, Topic] = {}
     rows: dict[int, int] = {}
-    count, eventless, change = 0, 0, -1
+    count, end, eventless, change = 0, 0, 0, -1
     for messages in file.chunks():
         for name, time, data in messages:
             if name not in topics:
@@ -126,7 +124,7 @@ def stream(path: str | Path) -> StreamedLog:
             if name == CYCLE_TOPIC:
                 if time == change:
                     rows[time] = count
-                count += 1
+                count, end = count + 1, time
                 if len(data) <= eventless:
                     continue
             elif name == CHANGES_TOPIC:
@@ -135,4 +133,4 @@ def stream(path: str | Path) -> StreamedLog:
                 continue
             topics[name].times.append(time)
             topics[name].messages.append(data)
-    return StreamedLog(file.path, file.header, file.end, topics, file.lost, count, rows, memory=file.memory)
+    return StreamedLog(file.path, file.header, file.end, topics, file.lost, count, end, rows, memory=file.memory)

@@ -21,10 +21,10 @@ from firmware_py.run.usage_error import UsageError
 from sternplane.cli import extras
 from sternplane.cli.progress import Progress
 from sternplane.logs import after_log
-from sternplane.logs.reading import TRUTH_FILE
 from sternplane.logs.streaming import stream
 from sternplane.logs.summary import Summary, summarise
 from sternplane.logs.summary_text import summary_table
+from sternplane.logs.truth_beside import TRUTH_FILE
 from sternplane.plain_console import PlainConsole
 from sternplane.sitl.flight import Flight, Outcome, fly
 from sternplane.sitl.held_log import HeldLog

@@ -22,7 +22,7 @@ from firmware_py.adapters.hil.hil_link import Address, HilLink, accept, parse_hi
 from firmware_py.adapters.linux_realtime import RealtimeParams, apply_while
 from firmware_py.adapters.lockstep.lockstep_link import LockstepError, LockstepLink
 from firmware_py.adapters.realtime_schedule import RealTimeSchedule
-from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogWriter
+from firmware_py.adapters.storage.recorder import LogWriter
 from firmware_py.adapters.storage.regular_file import FolderError, make_folder
 from firmware_py.run import provenance
 from firmware_py.run.interrupt import interruptible
@@ -31,7 +31,6 @@ from firmware_py.run.usage_error import UsageError
 from firmware_py.settings import plain_settings
 from firmware_py.tick import step_ns
 from sim_bridge import hil_server
-from sim_bridge.bridge import Bridge
 from sim_bridge.build import build_bridge, wiring
 from sim_bridge.devices.i2c_line import I2cLine
 from sim_bridge.devices.serial_line import SerialLine
@@ -39,11 +38,12 @@ from sim_bridge.devices.tcp_line import TcpLine
 from sim_bridge.faults.fault import parse_fault
 from sim_bridge.lockstep_server import LockstepServer, accept_vehicle
 from sim_bridge.plant.plant import PlantError
-from sternplane.logs.reading import TRUTH_FILE
+from sternplane.logs.truth_beside import TRUTH_FILE
 from sternplane.plain_console import PlainConsole
 from sternplane.sitl.flight import Flight, prepare
 from sternplane.sitl.i2c_server import i2c_server
 from sternplane.sitl.request import parse_settings, requested
+from sternplane.sitl.truth_log import VehicleClock, kept
 
 WAIT_S = 60.0
 """How long a vehicle may take to come in lockstep, s; in real time the plant does not wait."""
@@ -119,7 +119,8 @@ def run(flight: Flight, places: Sequence[str], out: Path | None, wait: float, co
             console.print(f"{device.name} on {port_of[device.name]} is not simulated: {why}")
         wired = wired._replace(on_lines=tuple([device for device in io.lines if device not in real]))
         lines = [stack.enter_context(_line(port_of[device.name], free)) for device in wired.on_lines]
-        port = bus if free else lockstep
+        clock = VehicleClock(bus, io.can.node_id)
+        port = clock if free else lockstep
         bridge = build_bridge(
             flight.truth,
             flight.devices,
@@ -139,7 +140,7 @@ def run(flight: Flight, places: Sequence[str], out: Path | None, wait: float, co
             console.print(f"waiting for a vehicle in lockstep: sternplane fly --bus {spec} --pace bus")
         if wait and not accept_vehicle(lockstep, dt_ns, wait, lambda: bool(interrupted)):
             return "interrupted before a vehicle came"
-        step = _kept(bridge, _truth_log(stack, flight, out), dt_ns)
+        step = kept(bridge, _truth_log(stack, flight, out, lockstep=not free), dt_ns, clock)
         ticks = round(flight.scenario.duration * flight.rate)
         stack.enter_context(apply_while(RealtimeParams(freeze_garbage=True)))
         server = LockstepServer(step, lockstep, dt_ns)
@@ -190,7 +191,8 @@ def run_hil(flight: Flight, address: Address, out: Path | None, wait: float, con
             flight.truth, flight.devices, flight.scenario, link, request.seed, flight.rate
         )
         stack.enter_context(apply_while(RealtimeParams(freeze_garbage=True)))
-        server = hil_server.HilServer(_kept(bridge, _truth_log(stack, flight, out), dt_ns), devices, link, dt_ns)
+        step = kept(bridge, _truth_log(stack, flight, out, lockstep=True), dt_ns)
+        server = hil_server.HilServer(step, devices, link, dt_ns)
         ticks, played = round(flight.scenario.duration * flight.rate), 0
 
         def advance(k: int) -> bool:
@@ -218,27 +220,14 @@ def _keep_time(step: Callable[[int], None], dt_ns: int, ticks: int, stop: Stop) 
         pass
 
 
-def _kept(bridge: Bridge, log: LogWriter | None, dt_ns: int) -> Callable[[int], None]:
-    """Return a step of the plant that also logs the true state."""
-    if log is None:
-        return bridge.step
-    log.channel(TRUTH_TOPIC, bridge.truth())
-
-    def step(k: int) -> None:
-        bridge.step(k)
-        log.write(TRUTH_TOPIC, k * dt_ns, bridge.truth())
-
-    return step
-
-
-def _truth_log(stack: contextlib.ExitStack, flight: Flight, out: Path | None) -> LogWriter | None:
+def _truth_log(stack: contextlib.ExitStack, flight: Flight, out: Path | None, *, lockstep: bool) -> LogWriter | None:
     if out is None:
         return None
     _make_folder(out, "--out")
     request, settings = flight.request, plain_settings(parse_settings(flight.request.settings))
     git = provenance.git_revision()
     header = {"scenario": request.scenario, "seed": request.seed, "settings": settings, "git": git}
-    return stack.enter_context(LogWriter(out / TRUTH_FILE, header))
+    return stack.enter_context(LogWriter(out / TRUTH_FILE, {**header, "lockstep": lockstep}))
 
 
 def _make_folder(folder: Path, option: str) -> None:

@@ -13,8 +13,9 @@ from firmware_py.app import build
 from sim_bridge.completion import Completion
 from sim_bridge.scenarios import Completes
 from sternplane.logs import lateness_histogram, losses, summary
-from sternplane.logs.reading import TRUTH_FILE, Log, read
+from sternplane.logs.reading import Log, read
 from sternplane.logs.replay import replay
+from sternplane.logs.truth_beside import TRUTH_FILE
 from sternplane.soak.flight import Flown
 
 NS_PER_S = 1e9
