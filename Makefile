@@ -33,7 +33,7 @@ test-flights: setup .venv/.dev ## run those that fly whole missions with faults;
 	@$(PYTEST) --dist worksteal tests/flights $(ARGS)
 
 test-vcan: setup .venv/.dev ## run the tests that need SocketCAN (root; says what is missing)
-	@tests/vcan/run $(BIN)/python -m pytest -m vcan tests/vcan $(ARGS)
+	@tests/vcan/run $(BIN)/python -m pytest -m vcan tests/vcan tests/contract/test_canopen_drives.py $(ARGS)
 
 test-pythons: setup .venv/.dev ## install the wheel, fly and run the examples on each Python of PYTHONS="python3.11 python3.12 ..."
 	@rm -rf build/wheel; $(BIN)/python -m pip --disable-pip-version-check wheel --quiet --no-deps --no-build-isolation \

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import math
 import random
-import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -13,7 +12,7 @@ import dronecan
 import pytest
 from sternplane.fuzz.mutation import mutated
 
-from firmware_py.adapters.buses.can_bus import CanBus, open_bus
+from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.buses.frame_id import STANDARD
 from firmware_py.adapters.drivers.driver import Reading
 from firmware_py.adapters.drivers.dronecan.devices import FRAMES_PER_TICK, DroneCan
@@ -22,33 +21,14 @@ from firmware_py.params import load
 from firmware_py.records.sensing import Heard, node_bit
 from firmware_py.wire.dronecan.fin_servo import servos_of
 
+from .arriving import Arriving, Frames
 from .conftest import FIN_NAMES
 from .driver_bench import numbers
 from .node_devices import NODE_DEVICES, NodeDevice
 from .vehicle import LATENCY, NODES, OWN, frames
 
-DT, PATIENCE, SEED = 0.01, 10.0, 1500
+DT, SEED = 0.01, 1500
 STRANGER = 99
-Frames = list[tuple[int, bytes]]
-
-
-class Arriving:
-    """The vehicle's end of a bus: a drain waits until what was sent is there."""
-
-    def __init__(self, bus: CanBus) -> None:
-        self._bus, self.due = bus, 0
-
-    def drain(self, limit: int) -> Frames:
-        found: Frames = []
-        deadline = time.monotonic() + PATIENCE
-        while len(found) < min(limit, self.due):
-            found += self._bus.drain(min(limit, self.due) - len(found), 0.1)
-            assert time.monotonic() < deadline
-        self.due -= len(found)
-        return found or self._bus.drain(limit)
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._bus, name)
 
 
 class NodeBench:

@@ -6,6 +6,7 @@ Buses are named `virtual` (within this process), `udp:N` (within this machine), 
 
 from __future__ import annotations
 
+import contextlib
 import re
 import select
 import time
@@ -98,7 +99,7 @@ class CanBus:
         if bus.fileno() >= 0:
             self._arrival.register(bus.fileno(), select.POLLIN)
         self._not_sent = 0
-        self._failed_drains = 0
+        self._failed_drains = self._overrun = 0
 
     def drain(self, limit: int, seconds: float = 0.0) -> list[tuple[int, bytes]]:
         """Return the frames (id, data) that have arrived, oldest first; examine at most `limit`, leave the rest.
@@ -139,7 +140,9 @@ class CanBus:
             failed_drains: drains that the bus refused; an interface that goes down refuses one at most.
             others: what the bus itself counts: `errors` of its class.
         """
-        counts = {"not_sent": self._not_sent, "overrun": self._bus.overrun, "failed_drains": self._failed_drains}
+        with contextlib.suppress(OSError):  # of a bus that was left it is what was counted last
+            self._overrun = self._bus.overrun
+        counts = {"not_sent": self._not_sent, "overrun": self._overrun, "failed_drains": self._failed_drains}
         return {**counts, **self._bus.errors}
 
     def close(self) -> None:
