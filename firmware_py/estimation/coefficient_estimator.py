@@ -125,7 +125,7 @@ class CoefficientEstimator:
         params, buffer = self._params, self._buffer
         gone = applied.drop or (self._carries and frame.hardpoint.ok and not frame.hardpoint.value.holds)
         self._whole = not gone  # without its drop weight it is another vehicle, of which nothing is learned
-        buffer.hear(tick.t, frame, applied)
+        buffer.hear(tick.t, frame, applied, doubts[0].idle)
         deep = state.eta.z - DEPTH_SIGMAS * state.depth_std >= params.depth_min
         heard = state.attitude_ok and state.sensors.ahrs.state is not SourceState.LOST  # one that is back may be late
         may = deep and heard and self._whole

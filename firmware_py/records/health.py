@@ -161,10 +161,12 @@ class AxisDoubt(NamedTuple):
     Attributes:
         stays: for how long it has been likeliest that one of them stays somewhere, or known, s; 0: it is not.
         weak: whether they make less force than they should, or none.
+        idle: numbers of the fins that rest for good: what they make, if anything, is not known.
     """
 
     stays: float = 0.0
     weak: bool = False
+    idle: tuple[int, ...] = ()
 
 
 NO_DOUBTS = (AxisDoubt(), AxisDoubt())

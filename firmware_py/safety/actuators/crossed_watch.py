@@ -59,8 +59,8 @@ class CrossedWatch(HullWatch):
     @property
     def doubts(self) -> tuple[AxisDoubt, ...]:
         """Return what the motion says of the fins, by axis; one that was named and rests leaves no doubt."""
-        doubts = super().doubts
-        return tuple([one._replace(weak=True) for one in doubts]) if self._trial >= 0 else doubts
+        idle = tuple([i for i, fault in enumerate(self._found) if fault is not ActuatorFault.NONE])
+        return tuple([one._replace(weak=one.weak or self._trial >= 0, idle=idle) for one in super().doubts])
 
     def freeze(self) -> HullMemory:
         """Return the whole memory."""

@@ -69,10 +69,16 @@ def flight(late: dict[str, int] | None = None, fins_late: tuple[int, ...] = (0, 
     return frames
 
 
-def spans(at: FixedLagBuffer, frames: Iterable[SensorFrame], told: Applied = TOLD, first: int = 0) -> list[Row]:
+def spans(
+    at: FixedLagBuffer,
+    frames: Iterable[SensorFrame],
+    told: Applied = TOLD,
+    first: int = 0,
+    idle: tuple[int, ...] = (),
+) -> list[Row]:
     rows = []
     for k, frame in enumerate(frames, first):
-        at.hear(time(k), frame, told)
+        at.hear(time(k), frame, told, idle)
         rows += [(t, h, u.tobytes(), z.tobytes(), var.tobytes()) for t, h, u, z, var in at.spans(time(k))]
     return rows
 
@@ -135,6 +141,17 @@ def test_inputs_are_the_means_of_what_each_fin_really_did() -> None:
         assert delta_r == pytest.approx(0.5 * (means[2] + means[3]), abs=1e-5)
         assert delta_b == 0.0
         assert n == pytest.approx(8.0 + 0.5 * (a + b), abs=1e-9)
+
+
+def test_a_fin_that_is_idle_counts_as_straight_wherever_it_is() -> None:
+    upper, lower = 2, 3
+    for row, whole in zip(settled(spans(horizon(), flight(), idle=(upper,))), settled(CLEAN), strict=True):
+        fine, knots = np.linspace(row[0] - row[1], row[0], 101), np.arange(0.0, 1.2, 0.02)
+        delta_s, delta_r, *_ = np.frombuffer(row[2])
+        assert delta_s == np.frombuffer(whole[2])[0]
+        assert delta_r == pytest.approx(
+            0.5 * np.interp(fine, knots, 0.1 * np.sin(3.0 * knots + lower)).mean(), abs=1e-5
+        )
 
 
 ODD = {

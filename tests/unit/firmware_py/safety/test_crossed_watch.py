@@ -16,7 +16,7 @@ from firmware_py.marine import Eta, Nu
 from firmware_py.records.adoption import Adopted
 from firmware_py.records.command import Applied, Demand
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.health import SOUND_FIN, ActuatorFault, FinEvidence, FinHealth
+from firmware_py.records.health import NO_DOUBTS, SOUND_FIN, ActuatorFault, AxisDoubt, FinEvidence, FinHealth
 from firmware_py.records.sensing import Ahrs, Dvl, Heard, silence
 from firmware_py.safety.actuator_watch import ActuatorWatch
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
@@ -113,13 +113,14 @@ def only(fin: int, fault: ActuatorFault) -> list[ActuatorFault]:
 def test_the_fin_that_is_lost_is_named_and_no_other_one_and_it_rests(fin: int, eddies: float, within: float) -> None:
     hull = Diving(eddies=eddies)
     assert hull.run(20.0) == [NONE] * 4
+    assert hull.watch.doubts == NO_DOUBTS
     hull.effect[fin] = 0.0
     assert hull.run(within) == only(fin, LOST)
     assert [one for _, one, _ in hull.named] == [fin]
     assert hull.watch.resting == (fin,)
     assert hull.watch.left(fin) == 0.0
     assert hull.run(20.0) == only(fin, LOST)  # three sound ones are seen to be so
-    assert not any(doubt.weak for doubt in hull.watch.doubts)
+    assert hull.watch.doubts == (AxisDoubt(idle=(fin,)),) * 2
 
 
 @pytest.mark.parametrize("fin", [0, 3])
