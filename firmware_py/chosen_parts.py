@@ -9,7 +9,7 @@ from firmware_py.adapters import own_parts
 from firmware_py.adapters.storage import memory_pickle
 from firmware_py.autopilot import Parts
 from firmware_py.config_files import Configuration, autopilot_params
-from firmware_py.own_part import OwnClass
+from firmware_py.own_part import OwnClass, no_data
 from firmware_py.own_parts import KINDS, NO_OWN_PARTS, Kind, OwnParts
 from firmware_py.params import ParamError, choice_names, load
 from firmware_py.part_name import PartName, is_part_name
@@ -58,11 +58,7 @@ def refuse_no_data(own: OwnParts, parts: Parts) -> None:
             try:
                 memory_pickle.decode(memory_pickle.encode(holder.freeze().own))
             except ValueError as error:
-                name, key = getattr(own, field).name, KINDS[field].key
-                raise ParamError(
-                    f"{key} = {name}: freeze() must return numbers, texts, numpy arrays, and tuples, lists and "
-                    f"dictionaries of these: {error}"
-                ) from None
+                raise ParamError(f"{KINDS[field].key} = {no_data(getattr(own, field).name, str(error))}") from None
 
 
 def _found(kind: Kind, name: str, table: Mapping[str, Any], file: str) -> OwnClass[Any]:

@@ -67,16 +67,21 @@ class OwnClass(NamedTuple, Generic[P]):
     cls: type[P]
     params: Any
 
-    def make(self, vehicle: Vehicle) -> P:
-        """Return the part.
+    def make(self, kind: str, vehicle: Vehicle) -> P:
+        """Return the part; `kind` is what it is for people: "law".
 
         Raises:
-            ParamError: it cannot be made.
+            ParamError: it cannot be made, or cannot tell its memory even before its first use.
         """
         try:
-            return self.cls(vehicle, self.params)
+            part = self.cls(vehicle, self.params)
         except FAILURES as error:
-            raise ParamError(f"{self.name} cannot be made: {_reason(error)}") from error
+            raise ParamError(f"{kind} {self.name} cannot be made: {_reason(error)}") from error
+        try:
+            part.freeze()
+        except FAILURES as error:
+            raise ParamError(no_data(f"{kind} {self.name}", _reason(error))) from error
+        return part
 
 
 class GuardMemory(NamedTuple):
@@ -97,7 +102,7 @@ class Guard(Generic[P]):
 
     def __init__(self, kind: str, of: OwnClass[P], vehicle: Vehicle) -> None:
         """Make the part; `kind` is what it is for people: "law"."""
-        self.part = of.make(vehicle)
+        self.part = of.make(kind, vehicle)
         self.failure = ""
         self._kind, self._name = kind, of.name
         self._untold: tuple[Event, ...] = ()
@@ -146,6 +151,15 @@ class Guard(Generic[P]):
         if not self.failure:
             self.failure = _reason(error)
             self._untold = (event(EventKind.OWN_PART_FAILED, names=(self._kind, self._name, self.failure)),)
+
+
+def no_data(name: str, reason: str) -> str:
+    """Return what is said of a part that remembers what no log can keep."""
+    return (
+        f"{name}: its memory cannot be kept ({reason}): freeze() must return numbers, texts, numpy arrays, and "
+        "tuples, lists and dictionaries of these; by default it returns every attribute, so hold no lock, file or "
+        "function in one, or define freeze and thaw without it"
+    )
 
 
 def _reason(error: BaseException) -> str:

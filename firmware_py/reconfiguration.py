@@ -19,7 +19,7 @@ from firmware_py.guidance.guidance import Guidance, GuidanceParams
 from firmware_py.guidance.own_guidance import OwnGuidance
 from firmware_py.marine import Origin
 from firmware_py.mavlink.settings import MavlinkParams, NodeSettings
-from firmware_py.own_part import OwnClass, OwnPart
+from firmware_py.own_part import Guard, OwnClass, OwnPart
 from firmware_py.own_parts import OwnParts
 from firmware_py.parameter_changes import parts_of, told
 from firmware_py.parameter_tree import describe_keys, with_values
@@ -273,8 +273,9 @@ class PartsFactory:
 
     def _control(self) -> Control:
         own = self._chosen(self.params.control.law, self.own.law, "control.law")
+        guard = None if own is None else Guard("law", own, self._vehicle)
         with prefix_errors(self._files["vehicle"]):
-            return Control(self.params.control, self._vehicle, own)
+            return Control(self.params.control, self._vehicle, guard)
 
     def _adoption(self) -> Adoption:
         with prefix_errors(self._files["vehicle"]):

@@ -29,7 +29,7 @@ from firmware_py.control.sliding_mode_params import (
 )
 from firmware_py.control.speed import SpeedControl, SpeedParams
 from firmware_py.marine import clip
-from firmware_py.own_part import Guard, GuardMemory, OwnClass
+from firmware_py.own_part import Guard, GuardMemory
 from firmware_py.params import ParamError, TakesEffect, named_values, param, table
 from firmware_py.part_name import PartName
 from firmware_py.records.adoption import Adopted
@@ -130,9 +130,9 @@ class Control:
         ParamError: no law can be designed for the vehicle's coefficients.
     """
 
-    def __init__(self, params: ControlParams, vehicle: Vehicle, own: OwnClass[Law] | None = None) -> None:
-        """Make the laws; `own` is the class of one's own, if `params` chooses it."""
-        self._own = None if own is None else Guard("law", own, vehicle)
+    def __init__(self, params: ControlParams, vehicle: Vehicle, own: Guard[Law] | None = None) -> None:
+        """Make the laws; `own` is the one of one's own, if `params` chooses it."""
+        self._own = own
         self._params = params
         self._n_max = vehicle.propeller.n_max
         effectiveness = vehicle.effectiveness

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import sys
+import threading
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -142,6 +144,21 @@ def test_a_law_that_fails_in_flight_is_replaced_told_and_replays() -> None:
     assert columns["demand.delta_s"][t > 3.2].all()
     assert abs(flight.recording.truth["z"][-1] - 5.0) < 1.0
     assert sternplane.replay(flight.recording).equal
+
+
+@pytest.mark.parametrize(
+    ("kind", "base"),
+    [("law", sternplane.Law), ("estimator", sternplane.StateEstimator), ("guidance", sternplane.GuidanceLaw)],
+)
+@pytest.mark.parametrize("held", [threading.Lock, lambda: Path(__file__).open(), lambda: lambda: None])
+def test_a_part_that_holds_what_no_log_can_keep_does_not_fly(kind: str, base: type, held: Callable) -> None:
+    class Holding(base):
+        def __init__(self, vehicle, params):
+            super().__init__(vehicle, params)
+            self.held = held()
+
+    with pytest.raises(sternplane.ParamError, match=r"its memory cannot be kept \(.*hold no lock, file or function"):
+        sternplane.fly(HOLD, **{kind: Holding})
 
 
 def test_an_estimator_that_lies_about_the_depth_does_not_blind_the_supervisor() -> None:

@@ -35,7 +35,7 @@ def encode(memory: Any) -> bytes:
         _Writer(content, protocol=5).dump(memory)
         return content.getvalue()
     except (pickle.PicklingError, AttributeError, TypeError, RecursionError) as error:
-        raise ValueError(f"the memory cannot be kept ({error})") from None
+        raise ValueError(str(error)) from None
 
 
 def decode(content: bytes) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import tomllib
 from pathlib import Path
 
@@ -107,10 +108,12 @@ def test_what_it_remembers_is_a_copy_which_a_log_can_hold() -> None:
     assert memory.own["count"] == 5
 
 
-def test_a_part_that_cannot_tell_its_memory_fails_and_the_flight_goes_on() -> None:
+def test_a_part_that_cannot_tell_its_memory_any_more_fails_and_the_flight_goes_on() -> None:
     class Mute(Counting):
         def freeze(self):
-            raise OSError("disk")
+            if self.count:
+                raise OSError("disk")
+            return super().freeze()
 
     one = guard(Mute)
     one.ask(0, Counting.next)
@@ -124,5 +127,26 @@ def test_a_part_that_cannot_be_made_is_an_error_of_one_line() -> None:
         def __init__(self, vehicle, params):
             raise KeyError("gain")
 
-    with pytest.raises(ParamError, match=r"^mine cannot be made: KeyError: 'gain'$"):
+    with pytest.raises(ParamError, match=r"^law mine cannot be made: KeyError: 'gain'$"):
         guard(Wrong)
+
+
+def test_a_part_whose_memory_cannot_be_copied_is_refused_in_one_line_that_says_what_to_do() -> None:
+    class Locked(OwnPart):
+        def __init__(self, vehicle, params):
+            super().__init__(vehicle, params)
+            self.lock = threading.Lock()
+
+    class Leaving(Locked):
+        def freeze(self):
+            return {}
+
+        def thaw(self, memory):
+            self.lock = threading.Lock()
+
+    with pytest.raises(ParamError) as caught:
+        guard(Locked)
+    assert str(caught.value).startswith("law mine: its memory cannot be kept (TypeError: cannot pickle '_thread.lock'")
+    assert "or define freeze and thaw without it" in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert guard(Leaving).freeze().own == {}

@@ -9,7 +9,7 @@ import pytest
 
 from firmware_py.control.control import Control, ControlParams
 from firmware_py.control.own_law import Law, Steering
-from firmware_py.own_part import NoParams, OwnClass
+from firmware_py.own_part import Guard, NoParams, OwnClass
 from firmware_py.part_name import PartName
 from firmware_py.records.command import Demand, ModeState
 from firmware_py.records.order import NO_ORDER, Mode
@@ -34,7 +34,7 @@ class Told(Law):
 @pytest.fixture
 def control() -> Control:
     Told.says, Told.asked = (0.0, 0.0), 0
-    return Control(OWN, VEHICLE, OwnClass("mine", Told, NoParams()))
+    return Control(OWN, VEHICLE, Guard("law", OwnClass("mine", Told, NoParams()), VEHICLE))
 
 
 def test_its_angles_are_limited_faded_at_low_speed_and_given_the_excitation(control: Control) -> None:
