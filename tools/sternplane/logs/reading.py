@@ -131,8 +131,7 @@ class LoggedRun:
         Raises:
             LogError: if the log was written by a version with other records, or they are malformed.
         """
-        topic = self.topics.get(CHANGES_TOPIC)
-        if topic is None:
+        if (topic := self.topics.get(CHANGES_TOPIC)) is None:
             return {}
         logged = self._closing(LoggedChange, topic)
         found: dict[int, tuple[Change, ...]] = {}
@@ -167,8 +166,7 @@ class LoggedRun:
         Raises:
             LogError: if the log was written by a version with other records.
         """
-        topic = self.topics.get(LOSSES_TOPIC)
-        if topic is None:
+        if (topic := self.topics.get(LOSSES_TOPIC)) is None:
             return []
         counts = self._closing(LoggedLoss, topic)
         logged = zip(topic.times, topic.messages, strict=True)
@@ -220,6 +218,10 @@ class Log(LoggedRun):
         topic = self.topics.get(PAYLOAD_TOPIC)
         found = zip(topic.times, topic.messages, strict=True) if topic is not None else ()
         return {time: self.payload_of(message) for time, message in found}
+
+    def payload_messages(self) -> Iterator[tuple[int, tuple[PayloadReading, ...]]]:
+        """Yield the same, one after the other."""
+        return iter(self.payload.items())
 
     @property
     def columns(self) -> Columns:
@@ -288,9 +290,7 @@ def _open(path: Path) -> Log:
     topics: dict[str, Topic] = {}
     for messages in file.chunks():
         for name, time, data in messages:
-            if name not in topics:
-                topics[name] = Topic(*file.schemas[name], [], [])
-            topic = topics[name]
+            topic = topics.get(name) or topics.setdefault(name, Topic(*file.schemas[name], [], []))
             topic.times.append(time)
             topic.messages.append(data)
     return Log(path, file.header, file.end, topics, file.lost, memory=file.memory)

@@ -9,12 +9,13 @@ from typing import Any, Protocol
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.event import Event
 from firmware_py.records.order import Change
+from firmware_py.records.sensing import PayloadReading
 from firmware_py.wire.log.cdr_codec import CdrCodec
 from sternplane.logs.reading import Piece
 
 
 class Run(Protocol):
-    """A logged run. All but `pieces` and `logged_cycles` is small."""
+    """A logged run. All but `pieces`, `payload_messages` and `logged_cycles` is small."""
 
     @property
     def path(self) -> Path:
@@ -69,6 +70,9 @@ class Run(Protocol):
 
     def pieces(self, multiple: int = 1) -> Iterator[Piece]:
         """Yield all cycles, in pieces whose length is a multiple of a number; the last one's is what is left."""
+
+    def payload_messages(self) -> Iterator[tuple[int, tuple[PayloadReading, ...]]]:
+        """Yield vehicle time, ns, and what sensors that the autopilot does not know had said by then, in order."""
 
     def logged_cycles(self) -> Iterator[tuple[bytes, Cycle]]:
         """Yield every cycle, as bytes and decoded."""

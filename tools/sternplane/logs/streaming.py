@@ -55,6 +55,14 @@ class StreamedLog(LoggedRun):
         if part.times:
             yield Piece(begin, part.columns_by(cycles.layout), truth.at(part.times))
 
+    def payload_messages(self) -> Iterator[tuple[int, tuple[PayloadReading, ...]]]:
+        """Yield vehicle time, ns, and what sensors that the autopilot does not know had said by then."""
+        chunks = LogFile(self.path).chunks() if PAYLOAD_TOPIC in self.topics else ()
+        for messages in chunks:
+            for topic, time, data in messages:
+                if topic == PAYLOAD_TOPIC:
+                    yield time, self.payload_of(data)
+
     def logged_cycles(self) -> Iterator[tuple[bytes, Cycle]]:
         """Yield every cycle, as bytes and decoded."""
         said: tuple[int, tuple[PayloadReading, ...]] = -1, ()

@@ -21,6 +21,7 @@ from sternplane.report.drawing import COLOURS, ESTIMATE, PALE_ESTIMATE, REFERENC
 from sternplane.report.error_plots import error_plots
 from sternplane.report.health_plot import health_plot
 from sternplane.report.lateness_plot import histogram
+from sternplane.report.payload_plots import payload_plots
 from sternplane.report.plan_view import plan_view
 from sternplane.report.thinning import Drawn
 
@@ -90,6 +91,7 @@ class Figures:
         yield from error_plots(drawn, self._figure)
         if drawn.late:
             yield histogram(drawn.late, drawn.dt * 1e6)
+        yield from payload_plots(self._log, self._figure)
         yield from plots(self._log, drawn, truth.get("current"), self._figure)
 
     def depth(self) -> Plot:

@@ -14,7 +14,7 @@ from typing import IO, Any
 from rich.progress import Progress
 
 from firmware_py.run.usage_error import UsageError
-from sternplane.logs.export import mcap_export, messages, table
+from sternplane.logs.export import mcap_export, messages, payload, table
 from sternplane.logs.reading import find
 from sternplane.logs.run import Run
 from sternplane.logs.streaming import stream
@@ -45,15 +45,18 @@ def command(options: argparse.Namespace) -> int:
     console = PlainConsole(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("export", total=total)
-        write_export(log, out, options.format, lambda done: bar.update(task, completed=done))
+        written = write_export(log, out, options.format, lambda done: bar.update(task, completed=done))
     if log.lost:
         console.print(f"sternplane: {log.lost}", highlight=False, soft_wrap=True)
-    console.print(f"  {out}", highlight=False, soft_wrap=True)
+    for file in written:
+        console.print(f"  {file}", highlight=False, soft_wrap=True)
     return 0
 
 
-def write_export(log: Run, out: Path, form: str, step: Step = lambda _: None) -> None:
-    """Write a log in one of the formats, whole or not at all.
+def write_export(log: Run, out: Path, form: str, step: Step = lambda _: None) -> list[Path]:
+    """Write a log in one of the formats, each file whole or not at all, and return what was written.
+
+    Beside a table of the cycles, "flight.csv", is one of what sensors of one's own said, "flight.payload.csv".
 
     Raises:
         LogError: there is nothing to write.
@@ -66,15 +69,27 @@ def write_export(log: Run, out: Path, form: str, step: Step = lambda _: None) ->
         elif form == "csv":
             with _whole(_file_to_replace(out), mode="w", encoding="utf-8", newline="") as file:
                 table.export(log, file, step)
+            return [out, *_beside(log, out, payload.export_csv, mode="w", encoding="utf-8", newline="")]
         elif form == "parquet":
             with _whole(_file_to_replace(out), mode="wb") as file:
                 table.export_parquet(log, file, step)
+            return [out, *_beside(log, out, payload.export_parquet, mode="wb")]
         else:
             export = messages.export if form == "bin" else mcap_export.export_foxglove
             with _whole(_file_to_replace(out), mode="wb") as file:
                 export(log, file, step)
     except OSError as error:
         raise UsageError(f"--out {out}: cannot be written ({error.strerror}); choose another file") from None
+    return [out]
+
+
+def _beside(log: Run, out: Path, export: Callable[[Run, IO[Any]], None], **how: Any) -> Iterator[Path]:
+    """Write and yield the table of what sensors of one's own said, if any did."""
+    if payload.Payload(log).some:
+        path = out.with_name(f"{out.stem}.payload{out.suffix}")
+        with _whole(_file_to_replace(path), **how) as file:
+            export(log, file)
+        yield path
 
 
 def _file_to_replace(out: Path) -> Path:

@@ -11,6 +11,7 @@ from mcap.writer import CompressionType, Writer
 from firmware_py.adapters.storage.message_chunk import MessageChunk
 from sternplane.logs.export import foxglove_streams, ros_streams
 from sternplane.logs.export.cdr_message import CdrMessage
+from sternplane.logs.export.payload import MESSAGE, Payload, Topics
 from sternplane.logs.export.ros_frames import Vector
 from sternplane.logs.export.sensor_streams import sensor_streams
 from sternplane.logs.export.streams import Rows, Stream, Told, World, events_of, plans_of
@@ -101,7 +102,7 @@ def export_rosbag2(log: Run, folder: Path, name: str, step: Callable[[int], None
 
 def _export(log: Run, file: IO[bytes], form: Form, step: Callable[[int], None]) -> Bag:
     bag, world, plans = Bag(file), World(log), plans_of(log)
-    events, mode = events_of(log), None
+    events, payload, topics, mode = events_of(log), Payload(log), Topics(), None
     events.reverse()
     for piece in log.pieces():
         rows = Rows(piece)
@@ -109,6 +110,8 @@ def _export(log: Run, file: IO[bytes], form: Form, step: Callable[[int], None]) 
         streams = [*form.streams(rows, world), *sensor_streams(rows, fins, mode)]
         for i, t_ns in enumerate(rows.t_ns):
             done = piece.begin + i
+            for said in payload.until(t_ns):
+                bag.write(said.t_ns, topics.of(said.key), MESSAGE, (said.value,))
             if done in plans:
                 for (topic, message), values in zip(form.PLAN, form.plan(t_ns, plans[done], world), strict=True):
                     bag.write(t_ns, topic, message, values)

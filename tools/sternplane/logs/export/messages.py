@@ -4,7 +4,8 @@ PARM, MSG, MODE, ATT, POS and BAT are ArduPilot's; a sentence that is too long f
 that a station changed in flight has one more PARM at the time from which it held. HLTH is the health of a sensor
 (State as `SourceState`, Fault as `SourceFault`) or an actuator (State 0, or 2 at fault; Fault as `ActuatorFault`), at
 first and whenever it changes. NED is position and velocity over the ground in the local frame, DEP what concerns
-depth, FIN and FINR the fins as commanded and as reported, PROP the propeller, and LRN what is known of a coefficient.
+depth, FIN and FINR the fins as commanded and as reported, PROP the propeller, LRN what is known of a coefficient, and
+PAY what a sensor of one's own said, at the time at which it was true.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from firmware_py.mavlink.base.modes import Identity, custom_mode
 from firmware_py.parameter_tree import list_parameters, with_values
 from firmware_py.records.order import Mode, ParameterChange
 from sternplane.logs.export.dataflash import TIME, DataflashField, Writer
+from sternplane.logs.export.payload import Payload
 from sternplane.logs.health_record import actuator_values, sensor_values
 from sternplane.logs.reading import Columns
 from sternplane.logs.run import Run
@@ -41,7 +43,7 @@ def export(log: Run, file: IO[bytes], step: Callable[[int], None] = lambda _: No
     changed.reverse()
     events = [(round(t * 1e6), text) for t, text in log.sentences]
     events.reverse()
-    before, health = None, _Health(log)
+    before, health, payload = None, _Health(log), Payload(log)
     for piece in log.pieces():
         c = piece.columns
         times = [int(t) // 1000 for t in np.asarray(c["tick.k"]) * np.asarray(c["tick.dt_ns"])]
@@ -49,8 +51,12 @@ def export(log: Run, file: IO[bytes], step: Callable[[int], None] = lambda _: No
         health.show(c)
         if piece.begin == 0:
             _forms(writer, tables)
+            if payload.some:
+                writer.form("PAY", (TIME, DataflashField("Name", "Z"), DataflashField("Value", "f")))
         for i, t in enumerate(times):
             mode, done = int(c["mode.mode"][i]), piece.begin + i
+            for said in payload.until(t * 1000 + 999):
+                writer.write("PAY", (said.t_ns // 1000, said.key.encode()[:_TEXT], said.value))
             if mode != before:
                 number = custom_mode(Identity.ARDUSUB, Mode(mode))
                 writer.write("MODE", (t, number, number, _REASON))
