@@ -93,6 +93,32 @@ def test_the_bottom_counts_along_the_legs_of_a_mission(tmp_path: Path) -> None:
     assert "waypoints[0], waypoints[1], waypoints[2], waypoints[3] and 2 more: no bottom lock" in blind
 
 
+@pytest.mark.parametrize(
+    ("bottom", "altitude", "unlocked", "unheard"),
+    [
+        (70.0, 45.0, False, False),
+        (70.0, 55.0, True, False),  # the altimeter hears as far as 60 m
+        (95.0, 45.0, True, True),  # the vehicle goes no deeper than 30 m
+        (90.0, 70.0, True, True),
+        (55.0, 70.0, True, False),  # from the surface
+        (45.0, 70.0, False, False),
+    ],
+)
+def test_altitudes_are_compared_with_what_dvl_and_altimeter_hear(
+    tmp_path: Path, bottom: float, altitude: float, unlocked: bool, unheard: bool
+) -> None:
+    place = f"[[waypoints]]\nx_m = 100.0\ny_m = 0.0\nspeed_m_s = 1.5\naltitude_m = {altitude}\n"
+    said = doubts_of(tmp_path, SHALLOW.format(bottom) + place)
+    assert [one.startswith("mine.toml: waypoints[0]: no bottom lock") for one in said if "no bottom" in one] == [
+        True
+    ] * unlocked
+    assert [one for one in said if "no bottom" not in one] == [
+        one for one in said if one.startswith(f"mine.toml: waypoints[0]: altitude_m = {altitude:g}: no sensor hears")
+    ]
+    assert len(said) == unlocked + unheard
+    assert all("altimeter.range_max_m = 60, dvl.range_max_m = 50 in " in one for one in said if "no sensor" in one)
+
+
 @pytest.mark.parametrize("name", known(SCENARIOS))
 def test_the_scenarios_that_come_with_it_give_rise_to_no_doubt(name: str) -> None:
     config = CONFIG.with_name("remus100") if "remus100" in name else CONFIG

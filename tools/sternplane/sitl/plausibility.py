@@ -109,7 +109,8 @@ def doubtful_course(
 
     These are depths beyond the limit, which no station could order but a scenario may to see what follows; the loss of
     a station that was never heard; and a bottom beyond the DVL's range: under water at the start, at the depths that
-    are ordered, as if the vehicle stayed there, and along the mission. At the surface it has fixes.
+    are ordered, as if the vehicle stayed there, and along the mission. At the surface it has fixes. An altitude of the
+    mission is one that a sensor must hear.
     """
     limit = f"safety.depth_max_m = {params.safety.depth_max:g}"
     for i, order in enumerate(scenario.orders):
@@ -119,7 +120,7 @@ def doubtful_course(
         if fault.target == "station" and fault.t == 0.0:
             yield f"fault {fault.text}: no station was heard before, so it strikes nothing"
     reach = devices.dvl.range_max
-    far = [(name, bottom, z) for name, bottom, z in _places(scenario) if bottom - z > reach]
+    far = [(name, bottom, z) for name, bottom, z in _places(scenario, params.safety.depth_max) if bottom - z > reach]
     if far:
         names, (_, bottom, z) = [*dict.fromkeys(name for name, _, _ in far)], far[0]
         more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
@@ -128,10 +129,37 @@ def doubtful_course(
             f"{bottom - z:g} m below the vehicle, and dvl.range_max_m = {reach:g} in {sensors}; without the DVL's "
             "velocity the position drifts, and learning does not begin"
         )
+    yield from _unheard_altitudes(scenario, where, params.safety.depth_max, devices, sensors)
 
 
-def _places(scenario: Scenario) -> Iterator[tuple[str, float, float]]:
-    """Yield name, depth of the bottom and of the vehicle, m, of the places that a scenario leads to."""
+def _unheard_altitudes(
+    scenario: Scenario, where: str, deepest: float, devices: DevicesParams, sensors: str
+) -> Iterator[str]:
+    """Yield the places above the bottom from which neither altimeter nor DVL reach down to it."""
+    dvl, altimeter = devices.dvl.range_max, devices.altimeter.range_max
+    key, bottom_at = _items_key(scenario), scenario.environment.bottom_at
+    for i, item in enumerate(scenario.mission.items):
+        if not isinstance(item, Waypoint | Loiter) or not item.above:
+            continue
+        height = bottom_at(item.x) - _depth_of(item, bottom_at(item.x), deepest)
+        if height > max(dvl, altimeter):
+            yield (
+                f"{where}: {key}[{i}]: altitude_m = {item.z:g}: no sensor hears the bottom there, {height:g} m below: "
+                f"altimeter.range_max_m = {altimeter:g}, dvl.range_max_m = {dvl:g} in {sensors}; the vehicle goes by "
+                "where the bottom was last heard, or stays at its depth"
+            )
+
+
+def _depth_of(item: Waypoint | Loiter, bottom: float, deepest: float) -> float:
+    """Return how deep the vehicle is at an item, m; where it goes by the bottom no deeper than its limit."""
+    return min(max(bottom - item.z, 0.0), deepest) if item.above else item.z
+
+
+def _places(scenario: Scenario, deepest: float) -> Iterator[tuple[str, float, float]]:
+    """Yield name, depth of the bottom and of the vehicle, m, of the places that a scenario leads to.
+
+    `deepest`: no altitude leads deeper, m.
+    """
     start, key, bottom_at = scenario.start, _items_key(scenario), scenario.environment.bottom_at
     before = start.x
     if start.depth > _AFLOAT:
@@ -140,11 +168,11 @@ def _places(scenario: Scenario) -> Iterator[tuple[str, float, float]]:
         if order.depth > _AFLOAT:
             yield f"orders[{i}]", bottom_at(start.x), order.depth
     for i, item in enumerate(scenario.mission.items):
-        if isinstance(item, Waypoint | Loiter) and not item.above:
+        if isinstance(item, Waypoint | Loiter):
             low, high = sorted((before, item.x))
             corners = [corner.north for corner in scenario.environment.bottom if low < corner.north < high]
             for x in (item.x, *corners):
-                yield f"{key}[{i}]", bottom_at(x), item.z
+                yield f"{key}[{i}]", bottom_at(x), _depth_of(item, bottom_at(x), deepest)
             before = item.x
 
 
