@@ -11,8 +11,9 @@ from firmware_py.records.event_text import sentences
 from firmware_py.records.order import Mode
 from sim_bridge.scenarios import Completes
 
-_SURFACE, _SUNK = 1.0, 2.0
-"""Less deep than the first, m, a vehicle has come up; deeper than the second, it has sunk again."""
+SURFACE = 1.0
+"""Less deep than this, m, a vehicle has come up; deeper than `_SUNK`, it has sunk again."""
+_SUNK = 2.0
 
 
 class Completion:
@@ -127,9 +128,9 @@ class Completion:
     def _is_up(self) -> bool:
         """Return whether it is at the surface now: by the truth, where it is known."""
         if self._true_depth is not None:
-            return self._true_depth() < _SURFACE
+            return self._true_depth() < SURFACE
         cycle = self._last_cycle
-        return cycle is not None and (cycle.heard.fix.ok or cycle.state.eta.z < _SURFACE)
+        return cycle is not None and (cycle.heard.fix.ok or cycle.state.eta.z < SURFACE)
 
     def _came_up(self) -> bool:
         up = self._is_up()

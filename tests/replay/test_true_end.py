@@ -26,13 +26,22 @@ def test_what_became_of_a_vehicle_that_does_not_know_it_is_told_by_the_truth(flo
     log = dropped(read(flown), np.where(t < 2.2, 5.0, 0.1), np.where(t < 1.5, 1335.0, 0.0))
     summary = summarise(log)
     assert summary["by_truth"] == {"up_s": pytest.approx(2.2), "weight_gone_s": pytest.approx(1.5)}
-    assert figures(summary)["at the surface, by the truth"] == "from 2.2 s on"
+    assert figures(summary)["at the surface, by the truth"] == "from 2.2 s on, less than 1 m deep"
     assert figures(summary)["drop weight, by the truth"] == "gone at 1.5 s"
     summary["health"] |= {"weight_commanded_s": 2.6}
     assert figures(summary)["drop weight"] == "release commanded at 2.6 s, not confirmed"
     summary["health"] |= {"weight_released_s": 1.6}  # it knows it
     assert "drop weight, by the truth" not in figures(summary)
     assert "at the surface, by the truth" not in figures(summary | {"surfaced": True})
+
+
+def test_where_it_ended_and_since_when_it_is_up_go_by_one_limit(flown: Path) -> None:
+    for z, words in ((0.6, "at the surface (0.6 m)"), (1.4, "1.4 m deep")):
+        log = dropped(read(flown), np.where(np.arange(300) < 100, 5.0, z), np.full(300, 1335.0))
+        log.columns["state.eta.z"] = np.full(300, z)
+        told = figures(summarise(log))
+        assert told["ended"].endswith(f", {words}")
+        assert ("at the surface, by the truth" in told) is ("surface" in words)
 
 
 def test_a_weight_that_stays_and_a_vehicle_that_is_down_are_told_by_the_truth(flown: Path) -> None:

@@ -8,6 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from firmware_py.number_text import signed
+from sim_bridge.completion import SURFACE
 from sternplane.logs import findings, health_record, lateness_histogram, losses
 from sternplane.logs.adoption import adopted_text
 from sternplane.logs.summary import Summary
@@ -20,8 +21,6 @@ _SOON = 1.0
 """A drop weight that truly went no longer than this, s, from when the vehicle knew of it adds nothing."""
 _MOST_LOSSES = 10
 """So many lines tell of what was lost."""
-_UP_M = 0.5
-"""Less deep than this, m, is told as at the surface."""
 _Formats = tuple[tuple[str, str, tuple[str, ...]], ...]
 _TRAVELLED: _Formats = (
     # label, format with units, keys
@@ -105,7 +104,7 @@ def unlogged(summary: Summary) -> str:
 def _where(mode: str, depth: float) -> str:
     """Return in which mode and how deep, m, a vehicle is."""
     metres = f"{depth:.1f} m".removeprefix("-" if round(depth, 1) == 0.0 else "")
-    return f"in mode {mode}, {f'at the surface ({metres})' if depth < _UP_M else f'{metres} deep'}"
+    return f"in mode {mode}, {f'at the surface ({metres})' if depth < SURFACE else f'{metres} deep'}"
 
 
 def key_figures(summary: Summary) -> dict[str, Rows]:
@@ -140,7 +139,7 @@ def _ended(summary: Summary) -> Rows:
         found.append(("ended, from the origin", ", ".join(filter(None, sides)) or "0 m"))
     truth = summary["by_truth"] or {}
     if truth.get("up_s") is not None and not (summary["completed"] or summary["surfaced"] or summary["after_log"]):
-        found.append(("at the surface, by the truth", f"from {truth['up_s']:.1f} s on"))
+        found.append(("at the surface, by the truth", f"from {truth['up_s']:.1f} s on, less than {SURFACE:g} m deep"))
     if summary["waypoints_total"]:
         found.append(("waypoints", f"{summary['waypoints_passed']} of {summary['waypoints_total']}"))
     found += _rows(summary, _TRAVELLED)

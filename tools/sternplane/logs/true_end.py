@@ -7,10 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from sim_bridge.completion import SURFACE
 from sternplane.logs.reading import Piece
-
-_UP = 1.0
-"""Less deep than this, m, a vehicle is at the surface, as `sim_bridge.completion` judges it."""
 
 
 class TrueEnd:
@@ -25,7 +23,7 @@ class TrueEnd:
         if "eta.z" not in piece.truth:
             return
         self._known = True
-        t, deep = piece.columns["t"], ~(piece.truth["eta.z"] < _UP)
+        t, deep = piece.columns["t"], ~(piece.truth["eta.z"] < SURFACE)
         if deep.any():
             self._dived, last = True, int(np.flatnonzero(deep)[-1])
             self._up = float(t[last + 1]) if last + 1 < len(t) else math.nan
