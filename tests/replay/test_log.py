@@ -15,8 +15,9 @@ from hypothesis import strategies as st
 from mcap.reader import make_reader
 from mcap.writer import Writer
 from mcap_ros2.decoder import DecoderFactory
-from sternplane.logs.reading import Log, Topic, find, read
+from sternplane.logs.reading import Log, find, read
 from sternplane.logs.replay import replay
+from sternplane.logs.topic import Topic
 
 from firmware_py.adapters.storage import recorder
 from firmware_py.adapters.storage.recorder import LogError, LogWriter, from_json, to_json

@@ -8,6 +8,7 @@ a log opens in any viewer that knows ROS 2, and a column of it is a strided view
 
 from __future__ import annotations
 
+import enum
 import re
 from collections import abc
 from collections.abc import Iterator
@@ -24,6 +25,7 @@ ENCAPSULATION = b"\0\1\0\0"
 CODES = {"bool": "?", "int8": "b", "int64": "q", "float64": "d"}
 SIZES = {"?": 1, "b": 1, "q": 8, "d": 8}
 _RULE = "=" * 80
+_CONSTANT = re.compile(r"int8 (\w+)=(-?\d+)")
 _FIELD = re.compile(r"(?:sternplane/)?(\w+)(?:\[(\d*)\])? (\w+)")
 
 
@@ -114,6 +116,19 @@ class Layout:
         arrays = self._arrays(self.root, "")
         return {path: np.stack(c, axis=-1) if path in arrays else c[0] for path, c in grouped.items()}
 
+    def names(self) -> dict[str, dict[int, str]]:
+        """Return the names of the values of every field that has some, in the fixed part: path -> value -> name."""
+        return dict(self._names(self.root, ""))
+
+    def _names(self, node: Node, path: str) -> Iterator[tuple[str, dict[int, str]]]:
+        if isinstance(node, SchemaArray):
+            yield from self._names(node.item, path)
+        elif isinstance(node, Record):
+            for name, inner in node.fields:
+                yield from self._names(inner, f"{path}.{name}" if path else name)
+        elif isinstance(node, Scalar) and (members := _members(node)):
+            yield path, {value: key for key, value in members}
+
     def _place(self, node: Node, path: str) -> Iterator[str]:
         if self.closing:
             raise SchemaError(f"{self.root.name}: {path} comes after {self.closing}; a sequence must be last")
@@ -176,15 +191,24 @@ def parse_schema(name: str, schema: str) -> Record:
     def record(of: str) -> Record:
         if of not in bodies:
             raise SchemaError(f"schema of {name}: {of} is not described")
-        lines = [line for line in bodies[of].splitlines() if line and "=" not in line]
-        return Record(of, tuple(declared(line) for line in lines))
+        found: list[tuple[str, Node]] = []
+        members: dict[str, int] = {}
+        for line in filter(None, bodies[of].splitlines()):
+            if constant := _CONSTANT.fullmatch(line):
+                members[constant[1]] = int(constant[2])
+            else:
+                found.append(declared(line, members))
+                members = {}
+        return Record(of, tuple(found))
 
-    def declared(line: str) -> tuple[str, Node]:
+    def declared(line: str, members: dict[str, int]) -> tuple[str, Node]:
         match = _FIELD.fullmatch(line)
         if match is None:
             raise SchemaError(f"schema of {name}: {line!r} is not understood")
         kind, count, title = match.groups()
-        node: Node = Text() if kind == "string" else Scalar(kind) if kind in CODES else record(kind)
+        named = {key.removeprefix(f"{title.upper()}_"): value for key, value in members.items()}
+        number = Scalar(kind, enum.IntEnum(title, named) if named else None)
+        node: Node = Text() if kind == "string" else number if kind in CODES else record(kind)
         if count == "":
             return title, Sequence(node)
         return title, SchemaArray(node, int(count)) if count else node

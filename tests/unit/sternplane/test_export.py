@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import csv
+import json
 import math
 import os
 import socket
@@ -18,6 +19,7 @@ import pytest
 from pyarrow import parquet
 from pymavlink import DFReader
 from sternplane.cli import main
+from sternplane.library.recordings import Recording
 from sternplane.logs import streaming
 from sternplane.logs.export.command import write_export
 from sternplane.logs.reading import Log, read
@@ -26,8 +28,9 @@ from sternplane.sitl.flight import FlightRequest, fly, prepare
 from firmware_py.adapters.ground.mavlink_ground import Grounds
 from firmware_py.adapters.storage.recorder import from_json
 from firmware_py.records.cycle import Cycle
+from firmware_py.records.event import Cause
 from firmware_py.records.health import ActuatorFault, SourceFault, SourceState
-from firmware_py.records.order import NO_ORDER, Order, ParameterChange
+from firmware_py.records.order import NO_ORDER, Mode, Order, ParameterChange
 from firmware_py.tick import Tick
 from tests.dive import DIVE
 
@@ -251,6 +254,34 @@ def test_parquet_is_the_same_table_in_groups_of_rows(log: Log, tmp_path: Path, m
         np.testing.assert_array_equal(table[name].to_numpy().astype(float), text[name].to_numpy(dtype=float), name)
     assert str(table.schema.field("applied.armed").type) == "bool"
     assert from_json(file.schema_arrow.metadata[b"sternplane"])["seed"] == log.header["seed"]
+
+
+def test_names_of_values_are_beside_csv_in_parquet_and_in_a_frame(log: Log, tmp_path: Path) -> None:
+    for form in ("csv", "parquet"):
+        write_export(log, tmp_path / f"table.{form}", form)
+    with (tmp_path / "table.legend.csv").open(newline="") as file:
+        rows = [*csv.DictReader(file)]
+    legend = {(row["column"], int(row["value"])): row["name"] for row in rows}
+    table = pandas.read_parquet(tmp_path / "table.parquet")
+    schema = parquet.read_schema(tmp_path / "table.parquet")
+    for column, value, name in (
+        ("mode.mode", Mode.HOLD, "HOLD"),
+        ("order.mode", -1, "NONE"),
+        ("state.sensors.pressure.state", SourceState.SUSPECT, "SUSPECT"),
+        ("state.sensors.pressure.fault", SourceFault.DRIFT, "DRIFT"),
+        ("actuators.fins[4]", ActuatorFault.JAMMED, "JAMMED"),
+        ("mode.cause", Cause.DEPTH_LIMIT, "DEPTH_LIMIT"),
+    ):
+        assert legend[column, value] == name
+        assert table.attrs["names"][column][str(int(value))] == name
+        assert json.loads(schema.field(column).metadata[b"names"])[str(int(value))] == name
+    assert {row["column"] for row in rows} <= {*table.columns}
+    assert schema.field("state.eta.z_m").metadata is None
+    modes = table["mode.mode"].astype(str).map(table.attrs["names"]["mode.mode"])
+    assert [*modes.unique()] == ["DISARMED", "HOLD"]
+    frame = Recording(log).frame(all=True)
+    assert frame["mode"].map(frame.attrs["names"]["mode"]).iloc[-1] == "HOLD"
+    assert frame.attrs["names"]["actuators.fins[3]"][2] == "JAMMED"
 
 
 def test_a_log_without_truth_has_a_table_without_it(log: Log, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

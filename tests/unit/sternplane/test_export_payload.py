@@ -90,7 +90,7 @@ def test_the_report_draws_each_key_under_its_name(log: Log) -> None:
 
 def test_without_such_a_sensor_there_is_nothing_of_it(log: Log, tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setattr(Log, "payload_messages", lambda self: iter(()))
-    assert write_export(log, tmp_path / "a.csv", "csv") == [tmp_path / "a.csv"]
+    assert write_export(log, tmp_path / "a.csv", "csv") == [tmp_path / "a.csv", tmp_path / "a.legend.csv"]
     assert 'id="payload"' not in flight_page(log, summarise(log))
     with (tmp_path / "a.csv").open(newline="") as file:
         assert not [name for name in next(csv.reader(file)) if "payload" in name]

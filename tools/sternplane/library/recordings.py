@@ -83,7 +83,8 @@ class Recording:
         """Return a pandas table, one row a cycle, indexed by the vehicle time "t", s.
 
         Its columns are "x", "x_true", "y", ...: `ETA` and `NU` as they were estimated and as they were; "z_d", "psi_d",
-        "u_d": what was asked for; "delta_s", "delta_r", "n": what the law made of it; "mode". SI and radians.
+        "u_d": what was asked for; "delta_s", "delta_r", "n": what the law made of it; "mode", a number whose names
+        are in `attrs["names"]["mode"]`, {2: "HOLD", ...}. SI and radians.
 
         Args:
             every: take one cycle of so many.
@@ -108,7 +109,11 @@ class Recording:
             flat = [values] if values.ndim == 1 else list(values.T)
             table |= {path if values.ndim == 1 else f"{path}[{i}]": one for i, one in enumerate(flat)}
         index = pd.Index(self.t[::every], name="t")
-        return pd.DataFrame({name: np.asarray(values)[::every] for name, values in table.items()}, index=index)
+        frame = pd.DataFrame({name: np.asarray(values)[::every] for name, values in table.items()}, index=index)
+        named = self.log.value_names
+        by_column = {name: named[path] for name in table if (path := name.partition("[")[0]) in named}
+        frame.attrs["names"] = {"mode": named["mode.mode"], **by_column}
+        return frame
 
     @staticmethod
     def _named(columns: dict[str, npt.NDArray[Any]], before: str) -> dict[str, Array]:

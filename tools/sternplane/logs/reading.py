@@ -26,13 +26,13 @@ from firmware_py.records.event import Event
 from firmware_py.records.event_text import texts
 from firmware_py.records.order import Change
 from firmware_py.records.sensing import PayloadReading
-from firmware_py.wire.log import ros2_schema
 from firmware_py.wire.log.cdr_codec import CdrCodec, closing_records
 from firmware_py.wire.log.changes import LoggedChange
 from firmware_py.wire.log.losses import LoggedLoss
-from firmware_py.wire.log.ros2_schema import Layout, SchemaError
+from firmware_py.wire.log.ros2_schema import SchemaError
 from sternplane.logs.log_file import DAMAGE, LogFile
 from sternplane.logs.logged_changes import decode_change
+from sternplane.logs.topic import Topic
 from sternplane.logs.truth_beside import BEGIN_NS, truth_beside
 
 R = TypeVar("R")
@@ -43,30 +43,6 @@ LARGE = 10_000_000
 
 _MALFORMED = (*DAMAGE, ArithmeticError, AttributeError, StopIteration, TypeError)
 """What decoding a change raises besides, on numbers and text that no vehicle logs."""
-
-
-@dataclass(frozen=True)
-class Topic:
-    """The messages of one topic: name and text of their schema, times in ns, bytes."""
-
-    name: str
-    schema: str
-    times: list[int]
-    messages: list[bytes]
-
-    @cached_property
-    def layout(self) -> Layout:
-        """From the schema in the log, so that the columns of any version's records can be read."""
-        return Layout(ros2_schema.parse_schema(self.name, self.schema))
-
-    @cached_property
-    def columns(self) -> Columns:
-        """Field path -> values, and "t": vehicle time, s."""
-        return self.columns_by(self.layout)
-
-    def columns_by(self, layout: Layout) -> Columns:
-        """Return the columns by a layout of the same schema."""
-        return {"t": np.array(self.times, dtype=np.int64) * 1e-9, **layout.columns(self.messages)}
 
 
 class Piece(NamedTuple):
@@ -142,6 +118,11 @@ class LoggedRun:
                 where = f"{self.path}: {CHANGES_TOPIC} at {t * 1e-9:.2f} s"
                 raise LogError(f"{where}: is malformed; no vehicle logs such a change") from None
         return found
+
+    @cached_property
+    def value_names(self) -> dict[str, dict[int, str]]:
+        """What the numbers of modes, states and causes are called: path of a cycle's field -> number -> name."""
+        return self._cycles.layout.names()
 
     @cached_property
     def payload_of(self) -> Callable[[bytes], tuple[PayloadReading, ...]]:

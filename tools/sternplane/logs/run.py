@@ -46,6 +46,10 @@ class Run(Protocol):
         """The codec of the cycles."""
 
     @property
+    def value_names(self) -> dict[str, dict[int, str]]:
+        """What the numbers of modes, states and causes are called: path of a cycle's field -> number -> name."""
+
+    @property
     def changes(self) -> dict[int, tuple[Change, ...]]:
         """Vehicle time in ns -> what was changed then."""
 

@@ -12,7 +12,8 @@ from firmware_py.adapters.storage.recorder import CHANGES_TOPIC, CYCLE_TOPIC, LO
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.sensing import PayloadReading
 from sternplane.logs.log_file import LogFile, LoggedMessage
-from sternplane.logs.reading import Columns, LoggedRun, Piece, Topic
+from sternplane.logs.reading import Columns, LoggedRun, Piece
+from sternplane.logs.topic import Topic
 from sternplane.logs.truth_beside import BEGIN_NS, truth_beside
 
 ROWS = 8_000

@@ -56,7 +56,8 @@ def command(options: argparse.Namespace) -> int:
 def write_export(log: Run, out: Path, form: str, step: Step = lambda _: None) -> list[Path]:
     """Write a log in one of the formats, each file whole or not at all, and return what was written.
 
-    Beside a table of the cycles, "flight.csv", is one of what sensors of one's own said, "flight.payload.csv".
+    Beside a table of the cycles, "flight.csv", is one of what sensors of one's own said, "flight.payload.csv", and
+    beside CSV, which has no place for it, the names of values, "flight.legend.csv".
 
     Raises:
         LogError: there is nothing to write.
@@ -69,11 +70,13 @@ def write_export(log: Run, out: Path, form: str, step: Step = lambda _: None) ->
         elif form == "csv":
             with _whole(_file_to_replace(out), mode="w", encoding="utf-8", newline="") as file:
                 table.export(log, file, step)
-            return [out, *_beside(log, out, payload.export_csv, mode="w", encoding="utf-8", newline="")]
+            text = {"mode": "w", "encoding": "utf-8", "newline": ""}
+            legend = _beside(log, out, "legend", table.export_legend, **text)
+            return [out, legend, *_payload(log, out, payload.export_csv, **text)]
         elif form == "parquet":
             with _whole(_file_to_replace(out), mode="wb") as file:
                 table.export_parquet(log, file, step)
-            return [out, *_beside(log, out, payload.export_parquet, mode="wb")]
+            return [out, *_payload(log, out, payload.export_parquet, mode="wb")]
         else:
             export = messages.export if form == "bin" else mcap_export.export_foxglove
             with _whole(_file_to_replace(out), mode="wb") as file:
@@ -83,13 +86,17 @@ def write_export(log: Run, out: Path, form: str, step: Step = lambda _: None) ->
     return [out]
 
 
-def _beside(log: Run, out: Path, export: Callable[[Run, IO[Any]], None], **how: Any) -> Iterator[Path]:
-    """Write and yield the table of what sensors of one's own said, if any did."""
-    if payload.Payload(log).some:
-        path = out.with_name(f"{out.stem}.payload{out.suffix}")
-        with _whole(_file_to_replace(path), **how) as file:
-            export(log, file)
-        yield path
+def _payload(log: Run, out: Path, export: Callable[[Run, IO[Any]], None], **how: Any) -> list[Path]:
+    """Write the table of what sensors of one's own said, if any did, and return it."""
+    return [_beside(log, out, "payload", export, **how)] if payload.Payload(log).some else []
+
+
+def _beside(log: Run, out: Path, what: str, export: Callable[[Run, IO[Any]], None], **how: Any) -> Path:
+    """Write a table beside another one, and return it."""
+    path = out.with_name(f"{out.stem}.{what}{out.suffix}")
+    with _whole(_file_to_replace(path), **how) as file:
+        export(log, file)
+    return path
 
 
 def _file_to_replace(out: Path) -> Path:

@@ -7,7 +7,8 @@ the newest truth that is not after the cycle.
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Iterator, Sequence
+import json
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import IO, Any
 
 import numpy as np
@@ -69,6 +70,20 @@ def flat_columns(piece: Piece) -> dict[str, Array]:
     return found
 
 
+def legend(log: Run, columns: Iterable[str]) -> dict[str, dict[int, str]]:
+    """Return the names of the values of those columns that have some: column -> value -> name, such as 2 -> "HOLD"."""
+    named = {column_name(path): names for path, names in log.value_names.items()}
+    return {column: named[base] for column in columns if (base := column.partition("[")[0]) in named}
+
+
+def export_legend(log: Run, file: IO[str]) -> None:
+    """Write the names of the values of columns as CSV, a row for each."""
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(("column", "value", "name"))
+    for column, names in legend(log, flat_columns(next(log.pieces()))).items():
+        writer.writerows((column, value, name) for value, name in names.items())
+
+
 def export(log: Run, file: IO[str], step: Callable[[int], None] = lambda _: None) -> None:
     """Write a log's cycles as CSV; `step` is called with how many are done."""
     writer = csv.writer(file, lineterminator="\n")
@@ -85,7 +100,8 @@ def export(log: Run, file: IO[str], step: Callable[[int], None] = lambda _: None
 def export_parquet(log: Run, file: IO[bytes], step: Callable[[int], None] = lambda _: None) -> None:
     """Write a log's cycles as Parquet, a row group for each piece; `step` is called with how many are done.
 
-    The file's metadata has the log's header under "sternplane", JSON in which every double is exact.
+    The file's metadata has the log's header under "sternplane", JSON in which every double is exact. Names of values
+    are in the metadata of their column, "names", and for pandas in `attrs["names"]`.
     """
     import pyarrow
     from pyarrow import parquet
@@ -95,13 +111,26 @@ def export_parquet(log: Run, file: IO[bytes], step: Callable[[int], None] = lamb
         for begin, names, columns in _pieces(log):
             table = pyarrow.table(dict(zip(names, map(np.ascontiguousarray, columns), strict=True)))
             if writer is None:
-                header = {b"sternplane": to_json(log.header).encode()}
-                writer = parquet.ParquetWriter(file, table.schema.with_metadata(header), compression="zstd")
+                schema = _described(log, table.schema)
+                writer = parquet.ParquetWriter(file, schema, compression="zstd")
             writer.write_table(table.cast(writer.schema))
             step(begin + table.num_rows)
     finally:
         if writer is not None:
             writer.close()
+
+
+def _described(log: Run, schema: Any) -> Any:
+    """Return a Parquet schema with the log's header and the names of values."""
+    import pyarrow
+
+    named = legend(log, schema.names)
+    fields = [
+        one.with_metadata({b"names": json.dumps(named[one.name]).encode()}) if one.name in named else one
+        for one in schema
+    ]
+    for_pandas = json.dumps({"names": named}).encode()
+    return pyarrow.schema(fields, {b"sternplane": to_json(log.header).encode(), b"PANDAS_ATTRS": for_pandas})
 
 
 def _pieces(log: Run) -> Iterator[tuple[int, list[str], Sequence[Array]]]:
