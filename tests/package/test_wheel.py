@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import os
 import pwd
+import re
 import shutil
 import subprocess
 import sys
@@ -24,6 +25,7 @@ from firmware_py.adapters.kernel_compile import prepare_kernels
 from firmware_py.run import provenance
 
 ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = ROOT / "tools" / "examples"
 BRIEF = """
 description = "Two seconds at the surface."
 duration_s = 2.0
@@ -152,14 +154,26 @@ def test_another_user_lists_scenarios_flies_one_and_replays_it(run: Run, place: 
     assert "200 cycles replayed: every byte equal" in replayed.stdout
 
 
-def test_an_example_runs_as_it_is_without_the_repository(run: Run, place: Path) -> None:
-    example = place / "first_flight.py"
-    source = (ROOT / "tools" / "examples" / "first_flight.py").read_text()
-    example.write_text(source.replace('"duration_s": 20.0', '"duration_s": 3.0'))
-    flown = run(example)
+def test_an_example_runs_as_it_is_where_the_readme_says_that_the_wheel_has_it(run: Run, place: Path) -> None:
+    readme = (ROOT / "tools" / "sternplane" / "library" / "README.md").read_text()
+    (where,) = re.findall(r'python -c "(import sternplane; .*?)"', readme)
+    installed = Path(run("-c", where).stdout.strip())
+    assert {path.name for path in (installed / "layouts").iterdir()} == {"foxglove.json", "plotjuggler.xml"}
+    examples = shutil.copytree(installed / "examples", place / "examples", ignore=shutil.ignore_patterns("__pycache__"))
+    assert {path.name for path in examples.iterdir()} == {path.name for path in EXAMPLES.glob("*.py")}
+    first = examples / "first_flight.py"
+    first.write_text(first.read_text().replace('"duration_s": 20.0', '"duration_s": 3.0'))
+    flown = run(first)
     assert flown.returncode == 0, flown.stderr
     assert "completed; 300 cycles" in flown.stdout
     assert (place / "home" / "first_flight.png").exists()
+
+
+def test_the_readme_names_the_examples_that_need_another_beside_them() -> None:
+    readme = (ROOT / "tools" / "sternplane" / "library" / "README.md").read_text()
+    named = re.findall(r"^\| \[(\w+\.py)\].*; needs the first one beside it \|$", readme, re.MULTILINE)
+    needing = {path.name for path in EXAMPLES.glob("*.py") if "from first_flight import" in path.read_text()}
+    assert {*named} == needing
 
 
 def test_without_what_draws_a_flight_leaves_all_but_the_report_and_says_what_to_install(run: Run, place: Path) -> None:
