@@ -26,6 +26,7 @@ from sternplane.sweep.flight import fly_row
 from sternplane.sweep.plan import Job
 from sternplane.sweep.planning import planned
 
+from firmware_py.adapters import kernel_cache
 from firmware_py.app import build
 from firmware_py.run.usage_error import UsageError
 from tests.command import called
@@ -96,9 +97,10 @@ def test_a_sweep_that_is_killed_goes_on_to_the_same_table(here: Path, start: Sta
 
 @contextlib.contextmanager
 def dask(part: str, *words: str | Path, cwd: Path) -> Iterator[subprocess.Popen]:
-    """A process of a cluster, ended with the block."""
+    """A process of a cluster, ended with the block; nobody has told it of a cache of kernels."""
     command = [sys.executable, "-m", f"distributed.cli.dask_{part}", *map(str, words), "--no-dashboard"]
-    process = subprocess.Popen(command, cwd=cwd, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    bare = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
+    process = subprocess.Popen(command, cwd=cwd, env=bare, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         yield process
     finally:
@@ -131,9 +133,23 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_table(
         until(lambda: len(rows(here / "cluster")) >= 2, lambda: sweep.returncode is None)
         os.kill(workers[0].pid, signal.SIGKILL)
         out, err = sweep.communicate(90.0)
-    assert sweep.returncode == 0, err + out
+        assert sweep.returncode == 0, err + out
+        at_scheduler, at_worker = imported(scheduler)
     assert sorted(row["flight"] for row in rows(here / "cluster")) == list(range(FLIGHTS))
     assert table(here / "cluster") == undisturbed
+    assert at_scheduler == []
+    assert at_worker == [str(kernel_cache.use())]
+
+
+def imported(scheduler: str) -> tuple[list[str], list[str]]:
+    """Return which of our modules a scheduler has that compute, and where its workers keep compiled kernels."""
+    from distributed import Client
+
+    with Client(scheduler, set_as_default=False) as client:
+        modules = client.run_on_scheduler(lambda: [*sys.modules])
+        folders = client.run(lambda: sys.modules["numba"].config.CACHE_DIR)
+    packages = ("firmware_py", "sim_bridge", "sternplane.sweep", "sternplane.sitl")
+    return [name for name in modules if name.startswith(packages)], [*folders.values()]
 
 
 def test_where_no_scheduler_answers_that_is_said_in_one_line(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:

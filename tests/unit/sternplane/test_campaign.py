@@ -77,6 +77,31 @@ def test_what_was_done_before_is_told_and_counts() -> None:
     assert told.file.getvalue().splitlines() == ["4 of 5 divisions are in there already", "5 of 5 divisions"]
 
 
+class Compiling:
+    """Two workers, each of which takes two minutes to begin, and then three seconds for a job."""
+
+    size = 2
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def results(self, work, jobs):
+        for i, (job, arguments) in enumerate(jobs):
+            self.now += (120.0 if i < self.size else 3.0) if i % self.size == 0 else 0.0
+            yield job, work(*arguments)
+
+
+def test_the_time_that_is_left_does_not_count_what_workers_took_to_begin(monkeypatch: pytest.MonkeyPatch) -> None:
+    told, crew = Console(file=StringIO(), width=200), Compiling()
+    monkeypatch.setattr("sternplane.campaign.engine.time.monotonic", lambda: crew.now)
+    complete(divmod, [*range(12)], lambda k: (k, 3), lambda *_: None, "divisions", told, parts=6, crew=crew)
+    assert told.file.getvalue().splitlines() == [
+        "2 of 12 divisions",
+        *[f"{k} of 12 divisions, about {(12 - k) * 3 / 2:.0f} s left" for k in (4, 6, 8, 10)],
+        "12 of 12 divisions",
+    ]
+
+
 def test_a_line_that_was_being_written_is_lost_and_no_other(tmp_path: Path) -> None:
     path = tmp_path / "rows.jsonl"
     store = LineStore(path)

@@ -16,6 +16,7 @@ from firmware_py.error_text import one_line, shortened
 from firmware_py.foreign_text import visible
 from firmware_py.run.usage_error import UsageError
 from sternplane.campaign.crew import Died
+from sternplane.campaign.remote_job import call_packed, packed
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
@@ -104,7 +105,8 @@ class DaskCrew(contextlib.AbstractContextManager["DaskCrew"]):
 
         def hand_out() -> None:
             for job, arguments in islice(waiting, max(_AHEAD * self.size - len(begun), 0)):
-                future = self._client.submit(work, *arguments, key=f"sternplane-{uuid.uuid4().hex}", pure=False)
+                call, key = packed(work, arguments), f"sternplane-{uuid.uuid4().hex}"
+                future = self._client.submit(call_packed, call, key=key, pure=False)
                 begun[future.key] = job
                 finished.add(future)
 

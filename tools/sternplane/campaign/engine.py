@@ -37,6 +37,8 @@ def complete(
 ) -> None:
     """Do all jobs.
 
+    The time that is left is told from each worker's second job on: with its first it has started, and perhaps compiled.
+
     Args:
         work: a function of a module.
         jobs: those that are not done yet.
@@ -56,7 +58,7 @@ def complete(
     if not jobs:
         return
     crew = crew or LocalCrew(min(LocalCrew().size, len(jobs)))
-    columns, began = (TextColumn(what), BarColumn(), MofNCompleteColumn()), time.monotonic()
+    columns, began, first = (TextColumn(what), BarColumn(), MofNCompleteColumn()), 0.0, crew.size
     todo = ((job, arguments(job)) for job in jobs)
     with (
         progress_bar(console, *columns, transient=True) as bar,
@@ -71,9 +73,11 @@ def complete(
             else:
                 raise JobDied(f"{job}: {result}")
             bar.update(task, advance=1)
+            if count <= first:
+                began = time.monotonic()
             if not console.is_terminal and parts * count // len(jobs) > parts * (count - 1) // len(jobs):
-                left = (time.monotonic() - began) / count * (len(jobs) - count)
-                console.print(f"{done + count} of {total} {what}{_left(left)}", highlight=False)
+                each = (time.monotonic() - began) / (count - first) if count >= 2 * first else 0.0
+                console.print(f"{done + count} of {total} {what}{_left(each * (len(jobs) - count))}", highlight=False)
 
 
 def _left(seconds: float) -> str:

@@ -54,11 +54,8 @@ def fly_row(job: Job, inputs: Mapping[str, bytes], keep: str | None = None) -> d
     Raises:
         BusError, LogError, UsageError: what the computer lacks, and no flight is to blame for.
     """
-    from firmware_py.adapters.kernel_compile import prepare_kernels
-
     try:
         with _ONE, TemporaryDirectory() as name:
-            prepare_kernels()  # before a kernel is imported, where this process is the first
             folder = Path(name)
             for file, content in inputs.items():
                 (folder / file).write_bytes(content)
