@@ -12,7 +12,7 @@ from firmware_py.adapters.storage.log_names import LOG_FILE, flight_number
 from firmware_py.adapters.storage.regular_file import folder_error
 from firmware_py.run.usage_error import UsageError
 
-__all__ = ["LOG_FILE", "flight_folder", "numbered_folder", "point_latest", "run_folder"]
+__all__ = ["LOG_FILE", "flight_folder", "numbered_folder", "point_latest", "refuse_impossible", "run_folder"]
 
 _LEFT_BESIDE = ("summary.json", "report.html")
 """What is left beside a log; it replaces any file, but no folder."""
@@ -37,6 +37,22 @@ def run_folder(out: Path | None) -> Path:
     if not os.access(out, os.W_OK | os.X_OK):
         raise UsageError(f"{where}: cannot be written; choose another folder with --out")
     return out
+
+
+def refuse_impossible(out: Path | None) -> None:
+    """Refuse what `run_folder` would refuse, as far as that shows before anything is made.
+
+    Raises:
+        UsageError: as `run_folder`.
+    """
+    folder = out or Path("runs")
+    above = next(path for path in (folder, *folder.absolute().parents) if os.path.lexists(path))
+    where = f"--out {out}" if out is not None else "runs/"
+    if not above.is_dir():
+        why = folder_error(folder.absolute(), NotADirectoryError())
+        raise UsageError(f"{where}: cannot be made ({why}); choose another folder with --out")
+    if not os.access(above, os.W_OK | os.X_OK):
+        raise UsageError(f"{where}: cannot be written; choose another folder with --out")
 
 
 def flight_folder(out: Path | None) -> Path:

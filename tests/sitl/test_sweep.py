@@ -31,6 +31,7 @@ from firmware_py.app import build
 from firmware_py.run.usage_error import UsageError
 from tests.command import called
 from tests.in_process import Here
+from tests.own_package import install
 from tests.shared_flights import BRIEF
 from tests.sitl.conftest import Start
 
@@ -264,6 +265,14 @@ def test_what_is_no_fault_of_a_flight_ends_the_sweep(here: Path, monkeypatch: py
     ("words", "said"),
     [
         ((), "nothing is varied; give --vary KEY=VALUES"),
+        (("--n", "5", "--law", "pid"), "or --seeds A:B, or several laws to --law"),
+        (("--law", "slidng"), "did you mean sliding?"),
+        (("--n", "0"), "--n 0: must be 1 or more"),
+        (("--out", "brief.toml/sub"), "brief.toml is a file, not a folder); choose another folder with --out"),
+        (("--seeds", "0:2", "--n", "5"), "--n: nothing is varied, so that samples are equal; leave it away"),
+        (("--law", "sliding,pid", "--grid", "5"), "--grid: nothing is varied"),
+        (("--law", "sliding,pid", "--set", "autopilot.control.own.k=1"), "names no part of one's own"),
+        (("--law", "sliding,pid", "--vary", "autopilot.control.own.k=1..2"), "names no part of one's own"),
         (("--vary", "truth.current=0..30"), "current_m_s = 30.0: out of bounds"),
         (("--vary", "truth.current=0..1", "--law", "pdi"), "did you mean pid?"),
         (("--vary", "truth.current=0..1", "--vary", "truth.current_m_s=0,1"), "truth.current_m_s: is varied twice"),
@@ -286,6 +295,43 @@ def test_what_cannot_be_flown_is_refused_before_anything_is_written(words: tuple
     assert (done.returncode, said in done.stderr) == (2, True), done.stderr
     assert len(done.stderr.splitlines()) == 1
     assert not (here / "runs").exists()
+
+
+def test_seeds_and_laws_alone_are_a_sweep(here: Path) -> None:
+    words = ("--seeds", "3:5", "--law", "sliding,pid", "--worst", "0", "--out", "out")
+    done = called("sweep", "--scenario", "brief.toml", *words, cwd=here)
+    assert done.returncode == 0, done.stderr
+    assert "1 samples × 2 seeds × 2 laws = 4 flights" in done.stderr
+    flown = sorted((row["seed"], row["law"]) for row in rows(here / "out"))
+    assert flown == [(3, "pid"), (3, "sliding"), (4, "pid"), (4, "sliding")]
+    assert "of which nothing is varied" in (here / "out" / "report.html").read_text()
+    again = called("sweep", "--out", "out", "--worst", "0", cwd=here)
+    assert (again.returncode, "4 of 4 flights are in out" in again.stderr) == (0, True), again.stderr
+
+
+def test_gains_of_a_law_of_ones_own_are_varied_beside_a_built_in_one(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The axis was tried without the law, and what was set was refused for the built-in one."""
+    install(here / "installed")
+    monkeypatch.syspath_prepend(here / "installed")
+    key = "autopilot.control.own.k"
+    words = ("--law", "tiny,sliding", "--set", f"{key}=3.5", "--vary", f"{key}=±50%", "--n", "2", "--worst", "0")
+    done = called("sweep", "--scenario", "brief.toml", *words, "--out", "out", cwd=here)
+    assert done.returncode == 0, done.stderr
+    found = {(row["sample"], row["law"]): row[key] for row in rows(here / "out")}
+    assert found[0, "sliding"] is found[1, "sliding"] is None
+    low, high = sorted((found[0, "tiny"], found[1, "tiny"]))
+    assert 1.75 < low < 3.5 < high < 5.25
+    assert f"Success against {key}" in (here / "out" / "report.html").read_text()
+    called("sweep", "--out", "out", "--again", "0", "--no-report", cwd=here)
+    assert read(here / "out" / "again" / "000000" / "log.mcap").header["settings"] == {
+        "autopilot.control.law": "tiny",
+        key: found[0, "tiny"],
+    }
+    words = (*words[:4], "--vary", f"{key}=5..50", "--n", "2")
+    done = called("sweep", "--scenario", "brief.toml", *words, "--out", "other", cwd=here)
+    assert (done.returncode, "k = 50" in done.stderr) == (2, True), done.stderr
 
 
 def begun(folder: Path) -> None:

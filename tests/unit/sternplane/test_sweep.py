@@ -175,7 +175,7 @@ def row(flight: int, completed: bool = True, error: str = "", **other) -> dict:
         ({"seeds": [0]}, {}),
         ({"seeds": ["a", "b"]}, {}),
         ({"seeds": [2, 0]}, {}),
-        ({"axes": []}, {}),
+        ({"axes": [], "laws": ["pid"]}, {}),
         ({"axes": [{"key": "x"}]}, {}),
         ({"axes": [{"key": 3, "low": 0.0, "high": 1.0}]}, {}),
         ({"axes": [{"key": "x", "low": "a", "high": []}]}, {}),

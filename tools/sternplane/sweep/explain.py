@@ -30,7 +30,7 @@ class Association(NamedTuple):
         key: what was varied.
         rho: Spearman's rank correlation with the outcome, -1 to 1; NaN where either does not vary.
         bound: what |rho| stays below by chance in 95 % of all sweeps, of all keys and outcomes together.
-        n: samples.
+        n: samples with such a key.
     """
 
     key: str
@@ -55,21 +55,22 @@ def associations(
         outcome: of each flight by its number; one that is left out counts for nothing.
         outcomes: how many are shown in one table, this one among them.
     """
-    values, means = samples_of(rows, keys, outcome)
-    n = len(means)
-    bound = chance_bound(n, outcomes * len(keys))
-    found = [Association(key, spearman(values[:, i], means), bound, n) for i, key in enumerate(keys)]
+    found = []
+    for key in keys:  # a law may not have it
+        values, means = samples_of([row for row in rows if row[key] is not None], key, outcome)
+        n = len(means)
+        found.append(Association(key, spearman(values, means), chance_bound(n, outcomes * len(keys)), n))
     return sorted(found, key=lambda one: -abs(one.rho) if math.isfinite(one.rho) else 1.0)
 
 
-def samples_of(rows: Sequence[Row], keys: Sequence[str], outcome: Mapping[int, float]) -> tuple[Array, Array]:
-    """Return (n, keys) the values of each sample, and (n,) the mean outcome of its flights."""
-    found: dict[int, tuple[list[float], list[float]]] = {}
+def samples_of(rows: Sequence[Row], key: str, outcome: Mapping[int, float]) -> tuple[Array, Array]:
+    """Return (n,) the value of each sample, and (n,) the mean outcome of its flights."""
+    found: dict[int, tuple[float, list[float]]] = {}
     for row in rows:
         if row["flight"] in outcome:
-            _, those = found.setdefault(row["sample"], ([float(row[key]) for key in keys], []))
+            _, those = found.setdefault(row["sample"], (float(row[key]), []))
             those.append(outcome[row["flight"]])
-    values = np.array([values for values, _ in found.values()]).reshape(len(found), len(keys))
+    values = np.array([value for value, _ in found.values()])
     return values, np.array([float(np.mean(those)) for _, those in found.values()])
 
 

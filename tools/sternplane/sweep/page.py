@@ -54,7 +54,7 @@ def page(flights: Flights, rows: Sequence[Row], judge: str, again: Mapping[int, 
         *_explained(flights, rows, judge),
         Heading("Distributions", anchor="distributions"),
         *[plot_section(plot) for plot in distributions(rows, judge)],
-        Heading("Against what was varied", anchor="against"),
+        *([Heading("Against what was varied", anchor="against")] if keys else []),
         *[plot_section(plot) for key in keys for plot in against(rows, key, judge)],
         Section("Set-up", tables=(_setup(flights),), wide=True, anchor="setup"),
     ]
@@ -63,7 +63,7 @@ def page(flights: Flights, rows: Sequence[Row], judge: str, again: Mapping[int, 
             title=f"Sweep of {plan.scenario}",
             status=f"{completed} of {len(rows)} flights completed",
             mood="bad" if errors else "good" if completed == len(rows) else "warn",
-            description=f"{len(flights.samples)} samples of {', '.join(keys)}{each}.",
+            description=f"{_samples(flights, keys)}{each}.",
             identity=_identity(rows),
             warnings=[*_warnings(rows, errors)],
             key_figures={
@@ -80,6 +80,12 @@ def page(flights: Flights, rows: Sequence[Row], judge: str, again: Mapping[int, 
             footnote="flights.parquet has every row and figure.",
         )
     )
+
+
+def _samples(flights: Flights, keys: Sequence[str]) -> str:
+    n = len(flights.samples)
+    of = f" of {', '.join(keys)}" if keys else ", of which nothing is varied"
+    return f"{n} sample{'s' if n > 1 else ''}{of}"
 
 
 def _identity(rows: Sequence[Row]) -> list[str]:
@@ -219,7 +225,7 @@ def _setup(flights: Flights) -> Table:
     lines += [["fault", text] for text in plan.faults]
     lines.append(["laws", ", ".join(flights.laws)])
     form = f"Latin hypercube of {plan.n} samples" if plan.n else f"grid, {plan.grid} values of each range"
-    lines.append(["samples", f"{form}, seed {plan.seed}"])
+    lines.append(["samples", f"{form}, seed {plan.seed}" if plan.axes else f"{plan.n}, of which nothing is varied"])
     last = f"{plan.seed} + number of the sample"
     lines.append(
         ["seeds of flights", f"{plan.seeds[0]} to {plan.seeds[1] - 1}, each with every sample" if plan.seeds else last]

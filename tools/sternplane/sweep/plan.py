@@ -16,6 +16,7 @@ from firmware_py.params import ParamError
 from firmware_py.run.usage_error import UsageError
 from firmware_py.settings import setting_text
 from sternplane.sweep.axes import Axis, axis_of
+from sternplane.sweep.own_keys import taken, takes
 from sternplane.sweep.sampling import grid, latin_hypercube
 
 LAW = "autopilot.control.law"
@@ -26,7 +27,10 @@ _SEED_END = 2**63
 
 
 class Job(NamedTuple):
-    """One flight: its number, its sample, its seed, its law, the varied values, and all settings as texts."""
+    """One flight: its number, its sample, its seed, its law, the varied values, and all settings as texts.
+
+    A varied value is None where the law does not have its key.
+    """
 
     flight: int
     sample: int
@@ -90,6 +94,7 @@ class Flights:
     def __init__(self, plan: Plan, law: str) -> None:
         self.plan = plan
         self.laws: tuple[str, ...] = plan.laws or (law,)
+        self._set = {name: taken(name, plan.settings) if plan.laws else plan.settings for name in self.laws}
         self.each = len(self.laws) * (plan.seeds[1] - plan.seeds[0] if plan.seeds else 1)
         combinations = 1
         for axis in plan.axes:
@@ -119,10 +124,12 @@ class Flights:
         plan, (sample, rest) = self.plan, divmod(flight, self.each)
         number, law = divmod(rest, len(self.laws))
         seed = plan.seeds[0] + number if plan.seeds else plan.seed + sample
-        values = dict(zip([axis.key for axis in plan.axes], self.samples[sample], strict=True))
-        settings = [*plan.settings, *([f"{LAW}={self.laws[law]}"] if plan.laws else [])]
-        settings += [setting_text(key, value) for key, value in values.items()]
-        return Job(flight, sample, seed, self.laws[law], values, tuple(settings), plan.faults)
+        name = self.laws[law]
+        drawn = zip([axis.key for axis in plan.axes], self.samples[sample], strict=True)
+        values = {key: value if not plan.laws or takes(name, key) else None for key, value in drawn}
+        settings = [*self._set[name], *([f"{LAW}={name}"] if plan.laws else [])]
+        settings += [setting_text(key, value) for key, value in values.items() if value is not None]
+        return Job(flight, sample, seed, name, values, tuple(settings), plan.faults)
 
 
 def read_plan(path: Path) -> tuple[Plan, dict[str, Any]]:
@@ -160,7 +167,7 @@ def _refuse_impossible(plan: Plan) -> None:
         raise TypeError
     first, end = plan.seeds or (0, 1)
     ranges = [axis for axis in plan.axes if not axis.choices]
-    possible = plan.axes and bool(plan.n) != bool(plan.grid) and first < end
+    possible = (plan.axes or plan.seeds or len(plan.laws) > 1) and bool(plan.n) != bool(plan.grid) and first < end
     if not (possible and all((0.0 if axis.log else -math.inf) < axis.low < axis.high < math.inf for axis in ranges)):
         raise ValueError
 

@@ -6,22 +6,24 @@ import argparse
 import contextlib
 import dataclasses
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from rich.console import Console
 
 from firmware_py.error_text import shortened
 from firmware_py.run import provenance
-from firmware_py.run.run_folders import run_folder
+from firmware_py.run.run_folders import refuse_impossible, run_folder
 from firmware_py.run.usage_error import UsageError
 from firmware_py.settings import setting_text
 from sternplane.campaign.files import write
 from sternplane.campaign.line_store import LineStore
 from sternplane.campaign.seeds import seeds_of
 from sternplane.sitl.flight import Flight, FlightRequest, prepare
+from sternplane.sitl.request import parse_settings
 from sternplane.sweep import inputs
 from sternplane.sweep.axes import FORM, Axis, parse_axis
+from sternplane.sweep.own_keys import is_own, refuse_untaken, taken, takes
 from sternplane.sweep.plan import LAW, Flights, Plan, laws_of, read_plan, refuse_other
 from sternplane.sweep.table import FILE as TABLE
 
@@ -47,8 +49,7 @@ def planned(options: argparse.Namespace, console: Console) -> tuple[Flights, Pat
             flights = _going_on(options, there, console)
             _refuse_foreign(store, flights)
             return flights, options.out, store
-    if not options.vary:
-        raise UsageError(f"sweep: nothing is varied; give --vary {FORM}")
+    refuse_impossible(options.out)
     request = FlightRequest(options.scenario, options.config, io=options.io)
     plan, law = _checked(options, request)
     flights, folder = Flights(plan, law), run_folder(options.out)
@@ -125,24 +126,29 @@ def _checked(options: argparse.Namespace, request: FlightRequest) -> tuple[Plan,
         value = getattr(options, name)
         if value is not None and value < (0 if name == "worst" else 1):
             raise UsageError(f"--{name} {value}: must be {0 if name == 'worst' else 1} or more")
-    base = dataclasses.replace(request, settings=settings, faults=faults)
-    nominal = prepare(base, {})
+    refuse_untaken(laws, [one.key for one in parse_settings(settings)], "--set")
+    named = {law: (*taken(law, settings), f"{LAW}={law}") for law in laws} or {"": settings}
+    bases = {law: dataclasses.replace(request, settings=those, faults=faults) for law, those in named.items()}
+    flights = {law: prepare(one, {}) for law, one in bases.items()}
+    seeds = seeds_of(options.seeds, range(0)) if options.seeds else None
+    samples = _samples(options, seeds, laws)
+    nominal = next((flights[law] for law in laws if is_own(law)), next(iter(flights.values())))
     axes = tuple(parse_axis(text, nominal) for text in options.vary)
     keys = [axis.key for axis in axes]
     if LAW in keys:
         raise UsageError(f"--vary {LAW}: laws are told apart in table and report; write --law sliding,pid instead")
     if twice := [key for key in keys if keys.count(key) > 1]:
         raise UsageError(f"--vary {twice[0]}: is varied twice")
-    for law in laws:
-        _try(base, f"{LAW}={law}")
+    refuse_untaken(laws, keys, "--vary")
     for axis in axes:
         for value in axis.choices or (axis.low, axis.high):
-            _try(base, setting_text(axis.key, round(value) if axis.whole else value))
-    seeds = seeds_of(options.seeds, range(0)) if options.seeds else None
+            for law, one in bases.items():
+                if not law or takes(law, axis.key):
+                    _try(one, setting_text(axis.key, round(value) if axis.whole else value))
     plan = Plan(
         scenario=options.scenario,
         axes=axes,
-        n=0 if options.grid else options.n or _SAMPLES,
+        n=samples,
         grid=options.grid or 0,
         seed=_SEED if options.seed is None else options.seed,
         seeds=(seeds.start, seeds.stop) if seeds else None,
@@ -151,6 +157,23 @@ def _checked(options: argparse.Namespace, request: FlightRequest) -> tuple[Plan,
         faults=faults,
     )
     return plan, _law(nominal)
+
+
+def _samples(options: argparse.Namespace, seeds: range | None, laws: Sequence[str]) -> int:
+    """Return the samples of a Latin hypercube, 0 for a grid; where seeds or laws alone differ, all samples are equal.
+
+    Raises:
+        UsageError: every flight would be the same, or samples would.
+    """
+    if options.vary:
+        return 0 if options.grid else options.n or _SAMPLES
+    if seeds is None and len(laws) < 2:
+        raise UsageError(f"sweep: nothing is varied; give --vary {FORM}, or --seeds A:B, or several laws to --law")
+    if options.grid or (seeds and options.n):
+        raise UsageError(
+            f"--{'grid' if options.grid else 'n'}: nothing is varied, so that samples are equal; leave it away"
+        )
+    return 1 if seeds else options.n or _SAMPLES
 
 
 def _try(request: FlightRequest, text: str) -> None:

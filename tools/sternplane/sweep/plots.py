@@ -50,6 +50,7 @@ def distributions(rows: Sequence[Row], judge: str) -> Iterator[Plot]:
 def against(rows: Sequence[Row], key: str, judge: str) -> Iterator[Plot]:
     """Yield the share of completed flights against a key, and the figure that flights are judged by."""
     figure = go.Figure()
+    rows = [row for row in rows if row[key] is not None]
     for law, colour in zip(_laws(rows), COLOURS, strict=False):
         found = parts([row for row in rows if row["law"] == law], key)
         share = [100.0 * part.completed / part.n for part in found]
