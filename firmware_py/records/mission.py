@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -96,6 +97,23 @@ MissionItem = Waypoint | Loiter | Jump | Surface | Manoeuvre
 def is_above(item: MissionItem | None) -> bool:
     """Return whether the depth of an item is one above the bottom."""
     return isinstance(item, Waypoint | Loiter) and item.above
+
+
+def leads_nowhere(items: Sequence[MissionItem]) -> bool:
+    """Return whether there are items, and none but jumps is ever come to."""
+    seen: set[int] = set()
+    todo = [0] if items else []
+    while todo:
+        at = todo.pop()
+        if at in seen or at >= len(items):
+            continue
+        seen.add(at)
+        item = items[at]
+        if not isinstance(item, Jump):
+            return False
+        todo += [at + 1] if item.times >= 0 else []
+        todo += [item.to] if item.times else []
+    return bool(items)
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from firmware_py.params import ParamError, dump, load, param
-from firmware_py.records.mission import Jump, Loiter, Manoeuvre, Mission, MissionItem, Surface, Waypoint
+from firmware_py.records.mission import (
+    Jump,
+    Loiter,
+    Manoeuvre,
+    Mission,
+    MissionItem,
+    Surface,
+    Waypoint,
+    leads_nowhere,
+)
 
 _NAMED: dict[str, Callable[..., MissionItem]] = {"loiter": Loiter, "jump": Jump, "surface": Surface}
 
@@ -105,14 +114,17 @@ def mission_of(waypoints: Sequence[WaypointTable], items: Sequence[ItemTable]) -
     """The mission of a file that has either [[waypoints]] or [[items]].
 
     Raises:
-        ParamError: it has both, and nobody knows in which order; or it jumps to where no item is.
+        ParamError: it has both, and nobody knows in which order; or its jumps lead nowhere.
     """
     if waypoints and items:
         raise ParamError("there are [[waypoints]] and [[items]]; write all of them as [[items]], in their order")
     for item in items:
         if item.jump and item.jump.to >= len(items):
             raise ParamError(f"items: jump to = {item.jump.to}: there are {len(items)} items, counted from 0")
-    return Mission(tuple(point.item for point in waypoints) + tuple(item.item for item in items))
+    mission = Mission(tuple(point.item for point in waypoints) + tuple(item.item for item in items))
+    if leads_nowhere(mission.items):
+        raise ParamError("items: jumps lead to jumps alone; add an item that is flown, such as a waypoint")
+    return mission
 
 
 def mission_to_plain(mission: Mission) -> dict[str, Any]:

@@ -23,7 +23,7 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.records.event import EventKind
 from firmware_py.records.fence import NO_FENCE, Fence, Place
 from firmware_py.records.limits import OperatingLimits
-from firmware_py.records.mission import MissionItem, Surface
+from firmware_py.records.mission import MissionItem, Surface, leads_nowhere
 from firmware_py.records.order import Change, FenceChange, MissionChange, Mode, RallyChange
 
 _CHECKS_PER_TICK = 4
@@ -63,8 +63,8 @@ class PlanStore:
         self._fence_status = FenceStatus()
         self._checked = 0
         """Guided positions checked since the last cycle."""
-        for kind, builder in (plans or {}).items():
-            self._install(kind, builder)
+        for builder in (plans or {}).values():
+            self._install(builder, *builder.finish())
 
     def builder(self, kind: int) -> PlanBuilder:
         """Return the builder of an empty plan."""
@@ -113,9 +113,12 @@ class PlanStore:
         """Replace the plan of its kind.
 
         Raises:
-            ItemRefused: the plan is incomplete; the old one stays.
+            ItemRefused: the plan is incomplete, or a mission of jumps to jumps alone; the old one stays.
         """
-        self._changes[builder.kind] = self._install(builder.kind, builder)
+        plan, change = builder.finish()
+        if isinstance(change, MissionChange) and leads_nowhere(change.mission.items):
+            raise ItemRefused(INVALID_PARAMS[0], "jumps lead to jumps alone")
+        self._changes[builder.kind] = self._install(builder, plan, change)
         self._unsaved[builder.kind] = builder.file_content
 
     def check_position(self, x: float, y: float, u: float) -> str:
@@ -206,15 +209,14 @@ class PlanStore:
             return _COMPLETE
         return _PAUSED if self._begun else _NOT_STARTED
 
-    def _install(self, kind: int, builder: PlanBuilder) -> Change:
-        plan, change = builder.finish()
+    def _install(self, builder: PlanBuilder, plan: Plan, change: Change) -> Change:
         if isinstance(change, MissionChange) and self._flown and self._here is not None:
             wrong = check_first_leg(change.mission.items, 0, self._here.x, self._here.y, self.limits)
             if wrong is not None:
                 raise ItemRefused(
                     INVALID_PARAMS[4], f"the mission is flown now, and the leg to its start is {wrong[1]}"
                 )
-        self.plans[kind] = plan
+        self.plans[builder.kind] = plan
         if isinstance(change, RallyChange):
             self.rally = change.points
         if isinstance(change, FenceChange):

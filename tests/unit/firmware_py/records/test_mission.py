@@ -10,7 +10,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_py.params import ParamError, load
-from firmware_py.records.mission import Jump, Loiter, Manoeuvre, ManoeuvreKind, Mission, MissionItem, Surface, Waypoint
+from firmware_py.records.mission import (
+    Jump,
+    Loiter,
+    Manoeuvre,
+    ManoeuvreKind,
+    Mission,
+    MissionItem,
+    Surface,
+    Waypoint,
+    leads_nowhere,
+)
 from firmware_py.records.mission_tables import (
     ItemTable,
     WaypointTable,
@@ -79,6 +89,33 @@ def test_every_kind_of_item_can_be_written_in_a_file() -> None:
     )
     with pytest.raises(ParamError, match="jump to = 4: there are 4 items"):
         mission_of((), [*items[:3], load(ItemTable, {"jump": {"to": 4, "times": 1}}, "here")])
+
+
+PLACE = Waypoint(0.0, 0.0, 5.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("items", "nowhere"),
+    [
+        ([Jump(0, 1)], True),
+        ([Jump(0, 0)], True),
+        ([Jump(1, 2), Jump(0, 2)], True),
+        ([Jump(0, -1), PLACE], True),
+        ([Jump(1, -1), Jump(0, 2), PLACE], False),
+        ([Jump(2, 1), Jump(1, -1), PLACE], False),
+        ([Jump(0, 0), PLACE], False),
+        ([Surface()], False),
+        ([], False),
+    ],
+)
+def test_jumps_that_lead_to_jumps_alone_are_no_mission(items: list, nowhere: bool) -> None:
+    assert leads_nowhere(items) is nowhere
+
+
+def test_a_file_whose_jumps_lead_nowhere_is_refused() -> None:
+    jump = load(ItemTable, {"jump": {"to": 0, "times": 1}}, "here")
+    with pytest.raises(ParamError, match=r"^items: jumps lead to jumps alone; add an item that is flown"):
+        mission_of((), [jump])
 
 
 @pytest.mark.parametrize(

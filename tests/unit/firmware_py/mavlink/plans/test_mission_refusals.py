@@ -10,12 +10,14 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from firmware_py import app, config_files
 from firmware_py.adapters.installation import configs
 from firmware_py.mavlink.base.identity import Identity
+from firmware_py.mavlink.base.water_frame import WaterFrame
+from firmware_py.mavlink.plans.plan_builder import plan_of_mission
 from firmware_py.records.limits import OperatingLimits
-from firmware_py.records.mission import Loiter
+from firmware_py.records.mission import Jump, Loiter, Mission
 from firmware_py.records.order import Mode
 from firmware_py.records.turning import AS_ASKED
 from tests.unit.firmware_py.mavlink.planner import FENCE, MISSION, WAYPOINT, Planner, fields, home, item
-from tests.unit.firmware_py.mavlink.station import LinkedVehicle, node
+from tests.unit.firmware_py.mavlink.station import ORIGIN, LinkedVehicle, node
 
 LIMITS = OperatingLimits(30.0, 2.0, AS_ASKED)
 CONFIGURATION = {**config_files.read_configuration(configs() / "npsauv2"), "mission": {"waypoints": []}, "kept": {}}
@@ -76,6 +78,21 @@ def test_an_item_that_cannot_be_flown_ends_the_upload_and_the_old_mission_stays(
     assert len([order for order in vehicle.orders if order.changes]) == changes
     assert vehicle.node.files_to_save() == []
     assert fields(planner.download())[1:] == fields(old)[1:]
+
+
+@pytest.mark.parametrize("jumps", [[item(DO_JUMP, 1, 1)], [item(SPEED, 1, 1.5), item(DO_JUMP, 1, -1)]])
+def test_a_mission_that_comes_to_nothing_but_jumps_is_refused(jumps: list) -> None:
+    planner = Planner(LinkedVehicle())
+    assert planner.upload(home(*jumps)) == mavlink.MAV_MISSION_INVALID_PARAM1
+    planner.step()
+    assert "mission: jumps lead to jumps alone" in "".join(planner.texts)
+    for_ever = jumps[-1].param2 < 0
+    assert planner.upload(home(*jumps, item())) == (mavlink.MAV_MISSION_INVALID_PARAM1 if for_ever else ACCEPTED)
+
+
+def test_a_vehicle_that_keeps_such_a_mission_starts() -> None:
+    kept = plan_of_mission(Mission((Jump(0, 1),)), WaterFrame(ORIGIN, 0.0))
+    assert len(LinkedVehicle(plans={MISSION: kept}).node.files_to_save()) == 0
 
 
 def fence(vehicle: LinkedVehicle, *areas) -> Planner:
