@@ -227,6 +227,17 @@ def test_the_worst_leave_their_logs_and_a_page_says_what_goes_with_failures(here
     assert 'src="http' not in page
 
 
+def test_without_a_report_no_flight_is_flown_again_unless_told(here: Path) -> None:
+    words = ("sweep", "--scenario", "brief.toml", "--vary", "truth.current=0..0.3", "--n", "2", "--out", "out")
+    done = called(*words, "--no-report", cwd=here)
+    assert done.returncode == 0, done.stderr
+    assert not (here / "out" / "worst").exists()
+    done = called("sweep", "--out", "out", "--no-report", "--worst", "1", cwd=here)
+    assert done.returncode == 0, done.stderr
+    [left] = (here / "out" / "worst").iterdir()
+    assert [path.name for path in left.iterdir()] == ["log.mcap"]
+
+
 def test_a_column_that_there_is_not_ends_the_sweep_after_its_first_flight(here: Path) -> None:
     done = called(*WORDS, "--out", "slip", "--judge", "path_eror_rms_m", cwd=here)
     assert done.returncode == 2

@@ -63,7 +63,10 @@ def add_sweep(commands: Any, lazily: Lazily, files: str) -> None:
         "--dask", metavar="ADDRESS", help="a Dask cluster's scheduler instead, such as tcp://10.0.0.1:8786"
     )
     sweep.add_argument(
-        "--worst", type=whole_number, default=5, metavar="N", help="so many of the worst leave their logs [5]"
+        "--worst",
+        type=whole_number,
+        metavar="N",
+        help="so many of the worst are flown again and leave their logs [5; with --no-report 0]",
     )
     sweep.add_argument("--judge", metavar="COLUMN", help="what the worst are judged by, the more the worse; see below")
     sweep.add_argument(
@@ -72,5 +75,7 @@ def add_sweep(commands: Any, lazily: Lazily, files: str) -> None:
     sweep.add_argument(
         "--again", type=whole_number, metavar="N", help="fly flight N of DIR again, as `sternplane sitl` would"
     )
-    sweep.add_argument("--no-report", action="store_true", help="leave the table, and no report.html")
+    sweep.add_argument(
+        "--no-report", action="store_true", help="leave the table alone: no report.html, no logs of the worst"
+    )
     sweep.set_defaults(run=lazily("sternplane.sweep.command"))

@@ -31,6 +31,8 @@ from sternplane.sweep.table import parquet
 from sternplane.sweep.worst import Row, judged_by, refuse_unknown, worst
 
 WORST, LOGS, AGAIN = "worst", "logs", "again"
+_WORST = 5
+"""Of them leave their logs, unless told otherwise."""
 _MOST_ACCUSED = 8
 """So many lines tell what was said to be at fault."""
 
@@ -64,9 +66,15 @@ def command(options: argparse.Namespace) -> int:
     _told_speed(rows, {*missing}, time.monotonic() - began, console)
     write(folder / TABLE, parquet(rows, flights.plan.plain()))
     judge = judged_by(rows, options.judge)
-    _fly_worst(flights, worst(rows, judge, options.worst), files, folder, options, console)
+    _fly_worst(flights, worst(rows, judge, _most(options)), files, folder, options, console)
     _report(flights, rows, judge, folder, options)
     return 1 if any(row["error"] for row in rows) else 0
+
+
+def _most(options: argparse.Namespace) -> int:
+    """Return how many of the worst leave their logs: where no report is wanted none, unless told."""
+    given: int | None = options.worst
+    return given if given is not None else 0 if options.no_report else _WORST
 
 
 def _refuse_local(options: argparse.Namespace) -> None:
@@ -176,7 +184,7 @@ def _report(flights: Flights, rows: Sequence[Row], judge: str, folder: Path, opt
         again = {
             row["flight"]: f"sternplane sweep --out {shlex.quote(str(folder))} --again {row['flight']}" for row in rows
         }
-        write(folder / "report.html", page(flights, rows, judge, again, folder, options.worst))
+        write(folder / "report.html", page(flights, rows, judge, again, folder, _most(options)))
         left.insert(0, folder / "report.html")
     console.print(f"  {completed} of {len(rows)} flights completed")
     for path in left:
