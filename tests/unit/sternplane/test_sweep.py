@@ -267,12 +267,37 @@ def test_what_flights_said_to_be_at_fault_is_told_by_flight() -> None:
 def test_the_page_says_in_how_many_flights_an_actuator_was_said_to_be_damaged(tmp_path) -> None:
     flights = Flights(plan(laws=()), "pid")
     rows = [row(k, law="pid", seed=k, **flights.job(k).values) for k in range(5)]
-    assert "Said to be at fault" not in page(flights, rows, "", {}, tmp_path, 1)
+    assert "Said to be at fault" not in page(flights, rows, "", tmp_path, 1)
     rows[3]["health.actuators.rudder_upper.faulty_s"] = rows[4]["health.actuators.propeller.faulty_s"] = 2.0
-    text = page(flights, rows, "", {}, tmp_path, 1)
+    text = page(flights, rows, "", tmp_path, 1)
     assert "Said to be at fault" in text
     assert "rudder_upper" in text
     assert re.search(r"with an actuator said to be damaged<[^0-9]*>2<", text)
+
+
+def test_links_and_command_of_a_worst_flight_stand_before_what_may_be_wide(tmp_path) -> None:
+    """With three keys they lay beyond the edge of the page."""
+    flights = Flights(plan(laws=()), "pid")
+    rows = [row(k, law="pid", seed=k, **flights.job(k).values) for k in range(5)]
+    (tmp_path / "worst" / "000000").mkdir(parents=True)
+    (tmp_path / "worst" / "000000" / "log.mcap").touch()
+    text = page(flights, rows, "", tmp_path, 1)
+    line = text[text.index("--again FLIGHT") :]
+    places = [line.index(word) for word in ('href="worst/000000/log.mcap"', ">--again 0<", ">completed<", "-0.0")]
+    assert places == sorted(places)
+    assert "vehicle.<wbr>coefficients.<wbr>M_<wbr>q" in line
+
+
+@pytest.mark.parametrize(
+    ("n", "said"), [(7, "there are 7 samples; of fewer than 8 nothing is said"), (8, "it is the same in all samples")]
+)
+def test_too_few_samples_are_told_with_the_least_number(n: int, said: str, tmp_path) -> None:
+    flights = Flights(plan(n=n, laws=()), "pid")
+    rows = [row(k, law="pid", seed=k, **flights.job(k).values) for k in range(n)]
+    text = page(flights, rows, "", tmp_path, 1)
+    assert f"failure: {said}" in text
+    assert ("too few samples: at least 8" in text) is (n < 8)
+    assert ("may be chance" in text) is (n >= 8)
 
 
 def test_the_help_names_the_columns_that_people_judge_by() -> None:
@@ -293,7 +318,7 @@ def test_laws_that_came_out_equal_are_told_and_figures_of_hand_steering_stand_be
     rows = [row(k, **{**own, "overshoot_first_deg": 8.25 + own["sample"]}) for k, own in enumerate(each)]
     assert equal(rows).startswith("All laws came out equal")
     keys = {axis.key: 0.0 for axis in plan().axes}
-    text = page(Flights(plan(n=2), "sliding"), [{**one, **keys} for one in rows], "", {}, tmp_path, 1)
+    text = page(Flights(plan(n=2), "sliding"), [{**one, **keys} for one in rows], "", tmp_path, 1)
     assert "All laws came out equal" in text
     assert "median overshoot_first_deg" in text
     assert "median path_error_rms_m" not in text

@@ -106,7 +106,7 @@ def test_the_page_has_the_interval_of_samples_and_one_bound_for_all_that_it_show
         for one, job in zip(rows, jobs, strict=True)
     ]
     low, high = success_interval(12, 20)
-    text = page(sweep, rows, "off", dict.fromkeys(range(80), ""), tmp_path, 1)
+    text = page(sweep, rows, "off", tmp_path, 1)
     assert f"60.0 % ({100 * low:.0f} … {100 * high:.0f})" in text
     assert text.count(f">{chance_bound(20, 4):.2f}<") == 4
     shares, *_ = against(rows, "a", "")

@@ -181,10 +181,7 @@ def _report(flights: Flights, rows: Sequence[Row], judge: str, folder: Path, opt
     if not options.no_report:
         from sternplane.sweep.page import page
 
-        again = {
-            row["flight"]: f"sternplane sweep --out {shlex.quote(str(folder))} --again {row['flight']}" for row in rows
-        }
-        write(folder / "report.html", page(flights, rows, judge, again, folder, _most(options)))
+        write(folder / "report.html", page(flights, rows, judge, folder, _most(options)))
         left.insert(0, folder / "report.html")
     console.print(f"  {completed} of {len(rows)} flights completed")
     for path in left:

@@ -19,7 +19,7 @@ from sternplane.sweep.worst import Row
 
 CHANCE = 0.05
 """How probable it may be that chance alone shows anything in the whole table."""
-_FEWEST = 8
+FEWEST = 8
 """Samples below which nothing is said."""
 
 
@@ -76,7 +76,7 @@ def samples_of(rows: Sequence[Row], key: str, outcome: Mapping[int, float]) -> t
 
 def spearman(a: Array, b: Array) -> float:
     """Return the correlation of ranks, equal values sharing theirs (Spearman 1904); NaN where one does not vary."""
-    if len(a) < _FEWEST:
+    if len(a) < FEWEST:
         return math.nan
     x, y = ranks(a) - 0.5 * (len(a) - 1), ranks(b) - 0.5 * (len(b) - 1)
     size = math.sqrt(float(x @ x) * float(y @ y))
@@ -96,7 +96,7 @@ def chance_bound(n: int, count: int) -> float:
 
     For n independent samples rho scatters by 1 / sqrt(n - 1); the probabilities of all are added (Bonferroni).
     """
-    if n < _FEWEST or not count:
+    if n < FEWEST or not count:
         return math.inf
     return min(NormalDist().inv_cdf(1.0 - 0.5 * CHANCE / count) / math.sqrt(n - 1.0), 1.0)
 

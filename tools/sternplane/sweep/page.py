@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
+import shlex
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -12,7 +14,7 @@ from markupsafe import Markup
 
 from sternplane.report.page import Cell, Heading, Page, Section, Table, environment, plot_section, render
 from sternplane.sweep.accused import DAMAGED, accused
-from sternplane.sweep.explain import Association, associations, design_effect, success_interval
+from sternplane.sweep.explain import FEWEST, Association, associations, design_effect, success_interval
 from sternplane.sweep.laws import equal
 from sternplane.sweep.plan import Flights
 from sternplane.sweep.plots import against, distributions, ranking
@@ -25,14 +27,13 @@ _BY_HAND = ("overshoot_first_deg", "overshoot_second_deg", "turning_diameter_m")
 """Figures of scenarios that move the fins themselves; they stand where any flight has them."""
 
 
-def page(flights: Flights, rows: Sequence[Row], judge: str, again: Mapping[int, str], folder: Path, most: int) -> str:
+def page(flights: Flights, rows: Sequence[Row], judge: str, folder: Path, most: int) -> str:
     """Return the report as HTML.
 
     Args:
         flights: of the sweep.
         rows: of all of them, in the order of their numbers.
         judge: the column that flights are judged by, the greater the worse; "" for none.
-        again: the command that flies a flight again, by number.
         folder: of the sweep, where the logs of the worst are.
         most: how many of the worst are shown.
     """
@@ -46,8 +47,8 @@ def page(flights: Flights, rows: Sequence[Row], judge: str, again: Mapping[int, 
         *_accused(rows),
         Section(
             "Worst flights",
-            (_worst_note(judge),),
-            _worst(rows, keys, judge, again, folder, most),
+            (_worst_note(judge), _again_note(folder)),
+            _worst(rows, keys, judge, folder, most),
             wide=True,
             anchor="worst",
         ),
@@ -147,9 +148,13 @@ def _worst_note(judge: str) -> str:
     return f"Errors first, then flights that failed, then those that came up safely{then}."
 
 
-def _worst(
-    rows: Sequence[Row], keys: Sequence[str], judge: str, again: Mapping[int, str], folder: Path, most: int
-) -> Markup:
+def _again_note(folder: Path) -> str:
+    return (
+        f"Any flight once more, with log and report: sternplane sweep --out {shlex.quote(str(folder))} --again FLIGHT"
+    )
+
+
+def _worst(rows: Sequence[Row], keys: Sequence[str], judge: str, folder: Path, most: int) -> Markup:
     lines = []
     for row in worst(rows, judge, most):
         place = f"worst/{row['flight']:06d}"
@@ -162,11 +167,16 @@ def _worst(
                 "figure": _text(row.get(judge)),
                 "varied": [_text(row[key]) for key in keys],
                 "links": [(name, file) for name, file in files.items() if (folder / file).exists()],
-                "again": again.get(row["flight"], ""),
             }
         )
-    template = environment(Path(__file__).parent).get_template("worst.html")
-    return Markup(template.render(rows=lines, keys=keys, judge=judge))
+    made = environment(Path(__file__).parent)
+    made.filters["head"] = _head
+    return Markup(made.get_template("worst.html").render(rows=lines, keys=keys, judge=judge))
+
+
+def _head(name: str) -> Markup:
+    """Return a key or column as a heading that may end its line behind each dot and underscore."""
+    return Markup("<wbr>").join(re.findall(r"[^._]+[._]?", name))
 
 
 def _explained(flights: Flights, rows: Sequence[Row], judge: str) -> Iterator[Section]:
@@ -199,11 +209,14 @@ def _explained(flights: Flights, rows: Sequence[Row], judge: str) -> Iterator[Se
 
 def _said(outcome: str, those: Sequence[Association]) -> str:
     """Return what may be said of an outcome in one sentence."""
+    n = max(one.n for one in those)
+    if n < FEWEST:
+        return f"{outcome}: there are {n} samples; of fewer than {FEWEST} nothing is said."
     if not any(one.rho == one.rho for one in those):
-        return f"{outcome}: it is the same in all samples, or they are too few, so that nothing can be said."
+        return f"{outcome}: it is the same in all samples, so that nothing can be said."
     beyond = [f"{one.key} ({one.rho:+.2f})" for one in those if one.beyond_chance]
     if not beyond:
-        return f"{outcome}: nothing goes with it that could not be chance with {those[0].n} samples."
+        return f"{outcome}: nothing goes with it that could not be chance with {n} samples."
     return f"{outcome}: more than chance goes with it {', '.join(beyond)}."
 
 
@@ -212,6 +225,8 @@ def _bound(one: Association) -> str:
 
 
 def _verdict(one: Association) -> Cell:
+    if one.n < FEWEST:
+        return Cell(f"too few samples: at least {FEWEST}", "note")
     return Cell("beyond chance", "good") if one.beyond_chance else Cell("may be chance", "note")
 
 
