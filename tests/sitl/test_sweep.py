@@ -328,6 +328,11 @@ def test_gains_of_a_law_of_ones_own_are_varied_beside_a_built_in_one(
     monkeypatch.syspath_prepend(here / "installed")
     key = "autopilot.control.own.k"
     words = ("--law", "tiny,sliding", "--set", f"{key}=3.5", "--vary", f"{key}=±50%", "--n", "2", "--worst", "0")
+    flights, _, store = planned(
+        parser().parse_args(["sweep", *words[:2], *words[4:], "--out", str(here / "default")]), Console(quiet=True)
+    )
+    store.close()
+    assert (flights.plan.axes[0].low, flights.plan.axes[0].high) == (2.0, 6.0)  # about the 4 of its declaration
     done = called("sweep", "--scenario", "brief.toml", *words, "--out", "out", cwd=here)
     assert done.returncode == 0, done.stderr
     found = {(row["sample"], row["law"]): row[key] for row in rows(here / "out")}

@@ -12,6 +12,7 @@ from firmware_py.params import ParamError
 from firmware_py.settings import setting_text, value_at
 from sternplane.sitl.flight import Flight
 from sternplane.sitl.request import parse_settings
+from sternplane.sweep.own_keys import OWN
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _RANGE = re.compile(rf"(log:)?({_NUMBER})\.\.({_NUMBER})")
@@ -164,4 +165,8 @@ def _nominal(key: str, value: str, flight: Flight) -> tuple[str, Any]:
         "io": flight.io,
         "scenario": flight.scenario,
     }
-    return setting.key, value_at(records[setting.file], setting.path, f"--vary {setting.key}")
+    value = value_at(records[setting.file], setting.path, f"--vary {setting.key}")
+    own = flight.autopilot.reconfigurator.own.law
+    if value is None and own is not None and setting.key.startswith(OWN):  # its default, which no file has
+        value = value_at(own.params, setting.path[2:], f"--vary {setting.key}")
+    return setting.key, value
