@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from firmware_py.adapters.installation import shipped_vehicles
 from firmware_py.adapters.storage.toml_files import merge as merge
 from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.error_text import quoted
@@ -106,7 +107,8 @@ def no_folder(path: Path) -> ParamError:
     """Return the error of what is no configuration folder: a file of one is told apart."""
     if os.path.isfile(path):  # Path.is_file raises for a name that is too long
         return ParamError(f"{path}: is a file; give its folder, {path.parent}")
-    return ParamError(f"{path}: there is no such configuration folder; configs/npsauv2 is an example")
+    shipped = ", ".join(shipped_vehicles())
+    return ParamError(f"{path}: there is no such configuration folder, nor a shipped vehicle of that name: {shipped}")
 
 
 def with_kept_changes(configuration: Configuration, state: Path | None) -> dict[str, Any]:

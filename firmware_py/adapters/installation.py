@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 _PACKAGE = Path(__file__).resolve().parents[1]
@@ -18,3 +19,22 @@ def configs() -> Path:
     """Return the folder of the shipped configurations and scenarios: inside the package in a wheel."""
     packed = _PACKAGE / "configs"
     return packed if packed.is_dir() else ROOT / "configs"
+
+
+def shipped_vehicles() -> tuple[str, ...]:
+    """Return the names of the shipped vehicles: the folders of `configs` that have a vehicle file."""
+    return tuple(sorted([path.parent.name for path in configs().glob("*/vehicle.toml")]))
+
+
+def configuration_folder(named: str | os.PathLike[str]) -> Path:
+    """Return the folder of a configuration by what a person calls it.
+
+    A folder that exists is that folder, else NAME and configs/NAME are the shipped vehicle of that name: an installed
+    program has no configs/ where it is started. Anything else is returned as it is, to be refused where it is read.
+    """
+    path = Path(named)
+    if not os.path.isdir(path):  # Path.is_dir raises for a name that is too long
+        name = path.name if path.parts in ((path.name,), ("configs", path.name)) else ""
+        if name in shipped_vehicles():
+            return configs() / name
+    return path

@@ -5,10 +5,12 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from firmware_py.adapters.installation import configs
+from firmware_py.adapters.installation import configs, configuration_folder
 
 CONFIG = configs() / "npsauv2"
 """The default configuration."""
+FOLDER = "a folder or the name of a shipped vehicle"
+"""What names a configuration, for help texts."""
 DESCRIPTION = "Fly the vehicle on a real bus until Ctrl-C. It starts disarmed and waits for commands."
 EPILOG = (
     "What is not there yet (bus, ports, links) is waited for, in flight. Exit status 0 if it was interrupted, 1 if the "
@@ -59,9 +61,14 @@ def add_fly(parser: argparse.ArgumentParser) -> None:
 
 def add_config(parser: argparse.ArgumentParser, what: str, files: str = "vehicle, autopilot, io") -> None:
     """Add the configuration folder and the io file, and what sets single keys of them."""
-    parser.add_argument("--config", type=Path, default=CONFIG, metavar="DIR", help=f"{what} [configs/npsauv2]")
+    add_folder(parser, f"{what}, {FOLDER} [npsauv2]", CONFIG)
     parser.add_argument("--io", type=Path, metavar="FILE", help="node ids, ports and latencies [DIR/io_sitl.toml]")
     add_settings(parser, files)
+
+
+def add_folder(parser: argparse.ArgumentParser, text: str, default: Path | None = None) -> None:
+    """Add the configuration folder alone."""
+    parser.add_argument("--config", type=configuration_folder, default=default, metavar="DIR", help=text)
 
 
 def add_settings(parser: argparse.ArgumentParser, files: str, example: str = "vehicle.M_q=-0.05") -> None:

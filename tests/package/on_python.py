@@ -37,6 +37,7 @@ def main() -> int:
             "the vehicle's own program": [python, "-m", "firmware_py", "--version"],
             "list the scenarios": [sternplane, "scenarios"],
             "fly without what draws": [sternplane, "sitl", "--scenario", "zigzag", "--no-report"],
+            "a shipped vehicle by its name": [sternplane, "vehicle", "check", "configs/remus100"],
             f"install [{EXTRAS}]": [*pip, f"{wheel}[{EXTRAS}]"],
             "fly the demonstration": [sternplane, "sitl"],
             "replay it": [sternplane, "replay", "runs/latest"],

@@ -160,6 +160,7 @@ def test_two_runs_that_begin_in_the_same_moment_do_not_write_one_log(
         (("plant", "--scenario", "none.toml"), "none.toml: cannot be read"),
         (("sitl", "--config", "nowhere"), "nowhere: there is no such configuration folder"),
         (("fly", "--config", "nowhere"), "nowhere: there is no such configuration folder"),
+        (("sitl", "--config", "configs/udev"), "nor a shipped vehicle of that name: npsauv2, remus100, torpedo_x"),
         (("replay", "nothing"), "nothing: the log cannot be read"),
     ],
 )

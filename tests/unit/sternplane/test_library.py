@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sternplane
-from sternplane.library import vehicles
+
+from firmware_py.adapters.installation import configs
 
 SHORT = {
     "description": "Two seconds.",
@@ -53,12 +54,13 @@ def test_another_name_is_no_attribute() -> None:
 
 
 def test_a_configuration_by_name_by_folder_and_with_values_set() -> None:
-    by_name, by_folder = sternplane.load("remus100"), sternplane.load(vehicles.folder_of("remus100"))
+    by_name, by_folder = sternplane.load("remus100"), sternplane.load(configs() / "remus100")
     assert by_name == by_folder
     assert by_name.vehicle.name == "REMUS 100"
     other = sternplane.load("remus100", set={"vehicle.M_q": -0.02, "truth.M_q": -0.03, "sensors.dvl.rate": 2})
     assert (other.vehicle.coefficients.M_q, other.truth.coefficients.M_q, other.sensors.dvl.rate) == (-0.02, -0.03, 2)
-    with pytest.raises(sternplane.ParamError, match="there is no such configuration folder"):
+    assert sternplane.load("configs/remus100").vehicle == by_name.vehicle
+    with pytest.raises(sternplane.ParamError, match="nor a shipped vehicle of that name: npsauv2, remus100"):
         sternplane.load("remus101")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 
 from firmware_py.adapters.installation import configs
 
@@ -17,7 +18,7 @@ def refuse_early(options: argparse.Namespace) -> None:
         from sim_bridge.scenarios import load_scenario
 
         load_scenario(options.scenario, configs() / "scenarios")
-    if getattr(options, "config", None) is not None and not options.config.is_dir():
+    if getattr(options, "config", None) is not None and not os.path.isdir(options.config):
         from firmware_py import config_files
 
         raise config_files.no_folder(options.config)

@@ -188,9 +188,7 @@ def _add_serial(commands: Any, lazily: Lazily) -> None:
 
 
 def _add_vehicle(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--config", type=Path, default=vehicle.CONFIG, metavar="DIR", help="the vehicle [configs/npsauv2]"
-    )
+    vehicle.add_folder(parser, f"the vehicle, {vehicle.FOLDER} [npsauv2]", vehicle.CONFIG)
     vehicle.add_settings(parser, "vehicle, autopilot, io", "autopilot.safety.fin_needed=false")
     vehicle.add_real_bus(parser)
 

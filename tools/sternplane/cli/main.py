@@ -131,7 +131,7 @@ def parser() -> argparse.ArgumentParser:
         epilog="Exit status 0; 1 if the vehicle of --config would not begin with it; 2 for bad input.",
     )
     passport.add_argument("file", type=Path, metavar="FILE", help="a passport.json, or a state folder")
-    passport.add_argument("--config", type=Path, metavar="DIR", help="vehicle and autopilot that are to begin with it")
+    vehicle.add_folder(passport, f"vehicle and autopilot that are to begin with it, {vehicle.FOLDER}")
     passport.set_defaults(run=_lazily("sternplane.cli.passport", kernels=("firmware_py",)))
 
     identify = commands.add_parser(

@@ -48,9 +48,7 @@ def add_studies(commands: Any, lazily: Lazily) -> None:
         description="Searches the gains of PID and of sliding-mode laws on the nominal vehicle, in one process, and "
         "leaves a file for each search, as the adaptation study reads them.",
     )
-    tuning.add_argument(
-        "--config", type=Path, default=vehicle.CONFIG, metavar="DIR", help="vehicle and autopilot [configs/npsauv2]"
-    )
+    vehicle.add_folder(tuning, f"vehicle and autopilot, {vehicle.FOLDER} [npsauv2]", vehicle.CONFIG)
     tuning.add_argument("--out", type=Path, metavar="DIR", help="where they are left [runs/<stamp>]")
     vehicle.add_settings(tuning, "autopilot, vehicle, truth, sensors or io")
     tuning.set_defaults(run=lazily("sternplane.study.tuning.command", kernels=KERNELS))

@@ -7,6 +7,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from firmware_py.adapters.installation import configuration_folder
+from firmware_py.run.options import FOLDER
+
 Lazily: TypeAlias = Callable[..., Callable[[argparse.Namespace], int]]
 
 
@@ -60,6 +63,6 @@ def _add_check(ways: Any, lazily: Lazily) -> None:
         "looks for limits that contradict each other; says what the vehicle can hold.",
         epilog="Exit status 0 if nothing failed, 1 if something did, 2 for bad input.",
     )
-    check.add_argument("config", type=Path, metavar="DIR", help="a configuration")
+    check.add_argument("config", type=configuration_folder, metavar="DIR", help=f"a configuration, {FOLDER}")
     check.add_argument("--picture", type=Path, metavar="FILE", help="also leave a page with plots, FILE.html")
     check.set_defaults(run=lazily("sternplane.vehicles.check_command", kernels=("sim_bridge",)))

@@ -7,9 +7,10 @@ from collections.abc import Mapping, Sequence
 from os import PathLike, fspath
 from typing import TYPE_CHECKING, Any
 
+from firmware_py.adapters.installation import configuration_folder
 from firmware_py.error_text import quoted
 from firmware_py.run.usage_error import UsageError
-from sternplane.library.vehicles import Settings, folder_of, texts_of
+from sternplane.library.vehicles import Settings, texts_of
 
 if TYPE_CHECKING:
     from sternplane.sitl.request import FlightRequest
@@ -44,7 +45,8 @@ def request_of(
     name = _UNNAMED if isinstance(scenario, Mapping) else fspath(scenario)
     if over:
         table = config_files.merge(read_toml(scenario_path(name, SCENARIOS)) if table is None else table, over)
-    return FlightRequest(name, folder_of(config), seed=seed, faults=tuple(faults), table=table, settings=texts_of(set))
+    folder, settings = configuration_folder(config), texts_of(set)
+    return FlightRequest(name, folder, seed=seed, faults=tuple(faults), table=table, settings=settings)
 
 
 def whole_number(name: str, value: Any, least: int) -> int:

@@ -8,7 +8,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from firmware_py.adapters.installation import configs
+from firmware_py.adapters.installation import configuration_folder
 from firmware_py.settings import setting_text
 from sternplane.library.kernels import ready
 
@@ -46,7 +46,7 @@ def load(config: str | PathLike[str] = "npsauv2", *, set: Settings | None = None
     """Read a configuration.
 
     Args:
-        config: a folder, or the name of a shipped one: "npsauv2", "remus100".
+        config: a folder, or the name of a shipped vehicle: "npsauv2", "remus100", "torpedo_x".
         set: single values laid upon its files.
 
     Raises:
@@ -56,7 +56,7 @@ def load(config: str | PathLike[str] = "npsauv2", *, set: Settings | None = None
     from firmware_py import config_files
     from sternplane.sitl.request import FlightRequest, parse_settings, read_devices, read_scenario, read_truth
 
-    request = FlightRequest(config=folder_of(config), settings=texts_of(set))
+    request = FlightRequest(config=configuration_folder(config), settings=texts_of(set))
     settings = parse_settings(request.settings)
     tables = config_files.read_configuration(request.config, settings=settings)
     return Configuration(
@@ -66,12 +66,6 @@ def load(config: str | PathLike[str] = "npsauv2", *, set: Settings | None = None
         read_truth(request),
         read_devices(request, read_scenario(request)),
     )
-
-
-def folder_of(config: str | PathLike[str]) -> Path:
-    """Return the folder of a configuration: the one of that path, else the shipped one of that name."""
-    shipped = configs() / config
-    return shipped if not Path(config).is_dir() and shipped.is_dir() else Path(config)
 
 
 def texts_of(settings: Settings | None) -> tuple[str, ...]:
