@@ -12,8 +12,9 @@ import pytest
 from sternplane.cli.main import main
 from sternplane.vehicles.check import by_files, check
 from sternplane.vehicles.finding import Finding, Grade
+from sternplane.vehicles.inversion import inversion_speed
 from sternplane.vehicles.limits import read_files
-from sternplane.vehicles.stability import doubling_time, poles, poles_over
+from sternplane.vehicles.stability import doubling_time, poles, poles_over, righting
 from sternplane.vehicles.trim import level
 
 from firmware_py.adapters.installation import configs
@@ -101,6 +102,34 @@ def test_a_simulated_hull_that_turns_otherwise_than_the_vehicle_file_believes_is
     (belief,) = (one for one in check(read_files(remus)).findings if one.topic == "belief")
     assert belief.grade is grade
     assert ("are of two hulls" in belief.text) == (grade is Grade.WARN)
+
+
+@pytest.mark.parametrize(("share", "side"), [(0.97, -1.0), (1.03, 1.0)])
+@pytest.mark.parametrize("folder", ["npsauv2", "remus100"])
+def test_below_the_inversion_speed_bow_up_planes_take_it_down(folder: str, share: float, side: float) -> None:
+    vehicle = read_files(configs() / folder).vehicle
+    c, u, delta = vehicle.coefficients, share * inversion_speed(vehicle), -0.1
+    half, L = 0.5 * vehicle.hull.density * vehicle.hull.length**2, vehicle.hull.length
+    w = -c.Z_ds * u * delta / c.Z_w
+    theta = half * L * u * (c.M_w * w + c.M_ds * u * delta) / righting(vehicle)
+    assert theta > 0.0
+    assert side * (u * theta - w) > 0.0  # it climbs above the speed, and sinks below
+
+
+def test_speeds_that_are_not_clear_of_the_inversion_speed_are_told(remus: Path) -> None:
+    edit(remus, "vehicle.toml", "M_w", "0.001")
+    edit(remus, "vehicle.toml", "M_ds", "-0.0015")
+    told = found(remus)
+    inverted = inversion_speed(read_files(remus).vehicle)
+    assert inverted == pytest.approx(1.094, abs=0.001)
+    grades = {one.text.partition("; ")[2].split(" = ")[0]: one.grade for one in told if one.topic == "inversion"}
+    assert grades == {
+        "guidance.cruise_speed_m_s": Grade.WARN,
+        "guidance.surface_speed_m_s": Grade.WARN,
+        "guidance.failsafe_speed_m_s": Grade.FAIL,
+        "control.u_min_m_s": Grade.WARN,
+    }
+    assert wrong(told, "inversion", "below 1.09 m/s", f"raise it to {1.4 * inverted:.2f}")
 
 
 def test_a_simulated_hull_that_no_rudder_turns_fails(remus: Path) -> None:

@@ -17,6 +17,8 @@ from sternplane.vehicles.conversion import Converted
 from sternplane.vehicles.derivative_table import Entry, read_entries, read_lists
 from sternplane.vehicles.fill import symmetric
 from sternplane.vehicles.import_command import FIRST_FLIGHT, Imported, import_table, texts
+from sternplane.vehicles.finding import Grade
+from sternplane.vehicles.inversion import judged
 from sternplane.vehicles.limits import read_files
 from sternplane.vehicles.particulars import read_particulars
 from sternplane.vehicles.propeller_curves import OpenWater, fit_propeller
@@ -393,6 +395,19 @@ def test_a_hull_too_slow_for_the_demonstration_has_a_first_flight_of_its_own(tmp
         prepare(FlightRequest(config=folder), {})
     flight = prepare(FlightRequest(scenario=str(folder / FIRST_FLIGHT), config=folder), {})
     assert {waypoint.speed for waypoint in flight.scenario.waypoints} == {0.97}
+
+
+@pytest.mark.parametrize("z_G", [0.061, 0.6])
+def test_the_speeds_to_begin_with_are_clear_of_that_at_which_planes_turn_round(tmp_path: Path, z_G: float) -> None:
+    path, folder = tmp_path / "hull.csv", tmp_path / "boat"
+    rows = itertools.chain((HULL | {"zG": z_G}).items(), ((elsewhere(name), si(name)) for name in (*NEEDED, "Z_ds")))
+    path.write_text("\n".join(["name,value", *(f"{name},{value}" for name, value in rows)]))
+    assert main(["vehicle", "import", str(path), "--out", str(folder)]) == 0
+    files = read_files(folder)
+    assert [one.grade for one in judged(files)] == [Grade.PASS]
+    assert (files.autopilot.guidance.surface_speed > 0.9 * files.vehicle.propeller.u_trim) == (z_G > 0.1)
+    flight = prepare(FlightRequest(scenario=str(folder / FIRST_FLIGHT), config=folder), {})
+    assert {way.speed for way in flight.scenario.waypoints} == {files.autopilot.guidance.cruise_speed}
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from firmware_py.records.manoeuvrability import Manoeuvrability
 from firmware_py.vehicle.manoeuvrability import ManoeuvrabilityModel
 from sim_bridge.plant.plant import PlantError
 from sim_bridge.plant.truth import Truth
-from sternplane.vehicles import dimensions, munk_moment
+from sternplane.vehicles import dimensions, inversion, munk_moment
 from sternplane.vehicles.finding import Finding, Grade, graded
 from sternplane.vehicles.limits import Files, contradictions, top_shaft
 from sternplane.vehicles.stability import Poles, doubling_time, poles_over, righting
@@ -88,6 +88,7 @@ def by_files(files: Files, poles: Sequence[Poles], able: Manoeuvrability) -> Ite
     yield from dimensions.judged(files.vehicle, files.truth)
     yield from _stability(files, poles)
     yield from _trim(files, files.autopilot.guidance.cruise_speed)
+    yield from inversion.judged(files)
     yield from _authority(files, able)
 
 
@@ -252,6 +253,7 @@ def _abilities(files: Files, able: Manoeuvrability, turns: dict[float, Turn], to
     least = max(able.speed, least_level_speed(vehicle, top, 0.9))
     yield "speed through the water", f"{least:.2f} to {top:.2f} m/s" if math.isfinite(least) else f"up to {top:.2f} m/s"
     yield "least steerable speed", f"{able.speed:.2f} m/s"
+    yield "inversion of the stern planes", f"{inversion.inversion_speed(vehicle):.2f} m/s"
     if turns:
         turn = turns[max(turns)]
         circle = f"{turn.radius:.1f} m ({turn.radius / vehicle.hull.length:.1f} lengths)"

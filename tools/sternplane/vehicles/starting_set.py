@@ -4,7 +4,8 @@ The gains are those of the two hulls here, taken over by the time T = L / U in w
 quantity that is a on one and b on the other is a (T / T_a)^k between and beyond them, not further than by a factor of
 two and a half.
 The heading's poles are faster where the hull's own motion is so fast that the law would hardly hold against it.
-What has the size of a speed goes with the cruising speed, and what turns or pulls up is what the vehicle file can do.
+What has the size of a speed goes with the cruising speed, clear of that at which stern planes turn round; what turns or
+pulls up is what the vehicle file can do.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from firmware_py.vehicle.linear_models import LinearModel, steering_model
 from firmware_py.vehicle.vehicle import Vehicle
 from sim_bridge.plant.plant import PlantError
 from sim_bridge.plant.truth import Truth
+from sternplane.vehicles.inversion import CLEAR, inversion_speed
 from sternplane.vehicles.swum import steady_turn
 
 BASE = configs() / "remus100"
@@ -36,10 +38,35 @@ _RESERVE = 1.6
 """Circles are so much wider than the tightest that full rudder makes, and rates of turn as much slower."""
 _STIFFNESS, _FASTER = 0.35, 2.0
 """Rudder over error of heading that is asked of the heading law, and by how much its poles may be faster for it."""
-_CRUISE = 0.97
-"""Cruising speed over that of trim."""
+_CRUISE, _SURFACE, _LEAST = 0.97, 0.83, 0.3
+"""Cruising speed, that of surfacing and the least for which laws are designed, over that of trim."""
+_TOP = 1.3
+"""Highest speed that is asked for, over that of trim, if the propeller makes it."""
+_FAILSAFE = 1.0
+"""m/s, of a HOLD that a rule ordered: the default."""
+_ROUNDED = 1.005
+"""What is rounded is clear still."""
 _STEP = 0.01
 """s, of the autopilot and of the plant."""
+
+
+class Speeds(NamedTuple):
+    """Speeds of the autopilot, m/s."""
+
+    least: float
+    surface: float
+    failsafe: float
+    cruise: float
+    top: float
+
+
+def speeds(vehicle: Vehicle) -> Speeds:
+    """Return speeds of the size of the hull's, raised where planes would hardly have an effect, up to the top speed."""
+    propeller, inverted = vehicle.propeller, _ROUNDED * inversion_speed(vehicle)
+    U, clear = propeller.u_trim, CLEAR * inverted
+    top = U * min(propeller.n_max / propeller.n_trim, _TOP)
+    surface, failsafe, cruise = (min(max(u, clear), top) for u in (_SURFACE * U, _FAILSAFE, _CRUISE * U))
+    return Speeds(min(max(_LEAST * U, inverted), 0.9 * surface), surface, failsafe, cruise, top)
 
 
 def between(nps: float, remus: float, T: float) -> float:
@@ -74,7 +101,7 @@ def autopilot(vehicle: Vehicle, simulated: Truth) -> dict[str, Any]:
         ParamError: it can swim none: its numbers contradict each other.
     """
     L, U, n = vehicle.hull.length, vehicle.propeller.u_trim, 60.0 * vehicle.propeller.n_trim
-    T, top = L / U, U * min(vehicle.propeller.n_max / vehicle.propeller.n_trim, 1.3)
+    T, chosen = L / U, speeds(vehicle)
     try:
         turn = steady_turn(simulated, vehicle.effectiveness.delta_r_max, vehicle.propeller.n_trim, U)
     except PlantError:
@@ -86,7 +113,6 @@ def autopilot(vehicle: Vehicle, simulated: Truth) -> dict[str, Any]:
     if not turn.diverged and math.isfinite(turn.radius):
         radius = max(radius, math.ceil(_RESERVE * turn.radius))
         turn_rate = min(turn_rate, math.degrees(abs(turn.rate)) / _RESERVE)
-    cruise, surface = _CRUISE * U, 0.83 * U
     heading_bandwidth = between(1.0, 2.0, T)
     slow = (-between(0.45, 0.8, T), -between(0.5, 0.9, T))
     heading_poles = stiffened(steering_model(vehicle, U), slow, heading_bandwidth)
@@ -100,7 +126,7 @@ def autopilot(vehicle: Vehicle, simulated: Truth) -> dict[str, Any]:
         },
         "safety": {"gate": {"n_rate_rpm_s": _round(1.2 * n)}},
         "control": {
-            "u_min_m_s": _round(min(0.3 * U, 0.9 * surface)),
+            "u_min_m_s": _round(chosen.least),
             "u_max_m_s": _round(2.0 * U),
             "ascent": {"n_reverse_rpm": n},
             "speed": {
@@ -134,9 +160,10 @@ def autopilot(vehicle: Vehicle, simulated: Truth) -> dict[str, Any]:
             "climb_max_m_s": _round(0.25 * U),
             "turn_rate_max_deg_s": _round(turn_rate),
             "turn_radius_m": _round(radius),
-            "speed_max_m_s": _round(top),
-            "cruise_speed_m_s": _round(cruise),
-            "surface_speed_m_s": _round(surface),
+            "speed_max_m_s": _round(chosen.top),
+            "cruise_speed_m_s": _round(chosen.cruise),
+            "surface_speed_m_s": _round(chosen.surface),
+            "failsafe_speed_m_s": _round(chosen.failsafe),
             "line_of_sight": {
                 "look_ahead_m": between(15.0, 8.0, T),
                 "acceptance_m": between(5.0, 3.0, T),
@@ -152,13 +179,13 @@ def first_flight(vehicle: Vehicle) -> dict[str, Any]:
 
     Its depths stay. Whether the vehicle file is right is for truth.toml to say: no number is multiplied.
     """
-    U = vehicle.propeller.u_trim
+    cruise = speeds(vehicle).cruise
     flight = {key: value for key, value in read_toml(DEMONSTRATION).items() if key != "vehicle_factors"}
     flight["description"] = "Dive, fly the course of the demonstration at cruising speed, and surface."
     for waypoint in flight["waypoints"]:
-        longer = _CRUISE * U / waypoint["speed_m_s"]
+        longer = cruise / waypoint["speed_m_s"]
         waypoint["x_m"], waypoint["y_m"] = _round(waypoint["x_m"] * longer), _round(waypoint["y_m"] * longer)
-        waypoint["speed_m_s"] = _round(_CRUISE * U)
+        waypoint["speed_m_s"] = _round(cruise)
     return flight
 
 
