@@ -96,7 +96,7 @@ def resolve_key(key: str, files: Files) -> tuple[str, tuple[str, ...]]:
             meant = [f"{file}.{'.'.join(path)}" for path in found[:_MOST_NAMED]]
             more = " and others" if len(found) > _MOST_NAMED else ""
             raise ParamError(f"--set {key}: may be {', '.join(meant)}{more}; write which")
-    raise ParamError(f"--set {shortened(key)}: is unknown; {_meant(file, given[-1], patterns)}")
+    raise ParamError(f"--set {shortened(key)}: is unknown; {_meant(file, given, patterns)}")
 
 
 def lay_settings(
@@ -203,13 +203,23 @@ def _fits_end(given: Sequence[str], pattern: _Pattern) -> tuple[str, ...]:
     return ()
 
 
-def _meant(file: str, word: str, patterns: Sequence[_Pattern]) -> str:
-    known = {name.lower(): pattern for pattern in patterns for part in pattern[-1:] for name in part}
-    exact = [pattern for pattern in patterns if word in pattern[-1]]
-    close = difflib.get_close_matches(shortened(word).lower(), known, n=1)
-    pattern = exact[0] if exact else known[close[0]] if close else None
-    if pattern is None:
+def _meant(file: str, given: Sequence[str], patterns: Sequence[_Pattern]) -> str:
+    """Return what is meant probably: of the keys that end so, or nearly so, the one most like all that is given."""
+    word, whole = given[-1], shortened(".".join(given)).lower()
+    found = [pattern for pattern in patterns if word in pattern[-1]]
+    if not found:
+        names = {name.lower() for pattern in patterns for name in pattern[-1]}
+        close = difflib.get_close_matches(shortened(word).lower(), sorted(names), n=1)
+        found = [pattern for pattern in patterns if close and close[0] in [name.lower() for name in pattern[-1]]]
+    if not found:
         return "configs/README.md has all keys"
+    like = difflib.SequenceMatcher(None, b=whole)
+
+    def likeness(pattern: _Pattern) -> float:
+        like.set_seq1(".".join([part.bare for part in pattern]).lower())
+        return like.ratio()
+
+    pattern = max(found, key=likeness)
     meant = ".".join("NAME" if part.key in (_ENTRY, _ANYTHING) else part.key for part in pattern)
     return f"did you mean {file}.{meant}?"
 

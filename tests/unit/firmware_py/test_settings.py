@@ -65,6 +65,7 @@ def test_a_key_may_be_short_where_one_alone_is_meant(given: str, key: str) -> No
     [
         ("hull.gain=1", r"may be hull.law.gain, hull.other.gain, hull.spare.gain; write which$"),
         ("hull.lenght=1", r"did you mean hull.length_m\?$"),
+        ("hull.othr.gain=1", r"did you mean hull.other.gain\?$"),
         ("hul.length=1", r"did you mean hull\?$"),
         ("hull.angel_deg=1", r"did you mean hull.fins.NAME.angle_deg\?$"),
         ("hull.xyz=1", r"configs/README.md"),
