@@ -19,8 +19,8 @@ _HARDLY = 1.15
 def inversion_speed(vehicle: Vehicle) -> float:
     """Return the speed below which stern planes act the wrong way, m/s; 0 where there is none.
 
-    What pitch the righting moment allows makes less vertical velocity than the planes' own force, which points the other
-    way. In steady motion Z_w w + Z_ds u delta = 0 and rho/2 L^3 u (M_w w + M_ds u delta) = righting theta; at this
+    The pitch that the righting moment allows makes less vertical velocity than the planes' own force, which points
+    the other way. In steady motion Z_w w + Z_ds u delta = 0 and rho/2 L^3 u (M_w w + M_ds u delta) = righting theta; at this
     speed z_dot = w - u theta is 0 whatever delta is (the critical speed of submarines, Burcher and Rydill 1994).
     """
     c, hull = vehicle.coefficients, vehicle.hull
@@ -36,13 +36,15 @@ def judged(files: Files) -> Iterator[Finding]:
         yield Finding("inversion", Grade.PASS, "stern planes act the right way at every speed")
         return
     guidance, u_min = files.autopilot.guidance, files.autopilot.control.u_min
-    text = f"below {inverted:.2f} m/s stern planes act the wrong way: their own force outweighs the pitch that they make"
+    text = (
+        f"below {inverted:.2f} m/s stern planes act the wrong way: their own force outweighs the pitch that they make"
+    )
     named = ("cruise_speed", "surface_speed", "failsafe_speed")
     speeds = {f"guidance.{name}_m_s": getattr(guidance, name) for name in named}
     close = {key: speed for key, speed in speeds.items() if speed < CLEAR * inverted}
     for key, speed in close.items():
-        mend = f"so close to it depth is hardly held, and it hardly comes up: raise it to {CLEAR * inverted:.2f}, or check "
-        mend += "z_G, M_ds and Z_ds"
+        mend = "so close to it depth is hardly held, and it hardly comes up: "
+        mend += f"raise it to {CLEAR * inverted:.2f}, or check z_G, M_ds and Z_ds"
         grade = Grade.FAIL if speed < _HARDLY * inverted else Grade.WARN
         yield Finding("inversion", grade, f"{text}; {key} = {speed:g}: {mend}")
     if u_min < inverted:
