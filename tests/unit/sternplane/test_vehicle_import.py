@@ -16,12 +16,12 @@ from sternplane.sitl.flight import FlightRequest, prepare
 from sternplane.vehicles.conversion import Converted
 from sternplane.vehicles.derivative_table import Entry, read_entries, read_lists
 from sternplane.vehicles.fill import symmetric
-from sternplane.vehicles.import_command import FIRST_FLIGHT, Imported, import_table, texts
 from sternplane.vehicles.finding import Grade
+from sternplane.vehicles.import_command import FIRST_FLIGHT, Imported, import_table, texts
 from sternplane.vehicles.inversion import judged
 from sternplane.vehicles.limits import read_files
 from sternplane.vehicles.particulars import read_particulars
-from sternplane.vehicles.propeller_curves import OpenWater, fit_propeller
+from sternplane.vehicles.propeller_curves import OpenWater, errors_text, fit_propeller, open_water
 from sternplane.vehicles.starting_set import stiffened
 from sternplane.vehicles.swum import steady_speed
 from sternplane.vehicles.terms import NAMES as NAMES_OF_ALL
@@ -318,6 +318,21 @@ def test_the_error_of_the_propeller_is_that_of_a_thrust_that_knows_no_speed() ->
         fit_propeller(OpenWater([0.0, 0.3], [0.4, 0.3], []), 1e-4, 2.0, 1000.0, 2.0, 0.2, 0.0, 0.0)
 
 
+@pytest.mark.parametrize(("column", "words"), [("10KQ", "0.61, at J = 0.7\n"), ("KQ", "0.061, at J = 0.7: too little")])
+def test_the_efficiency_of_a_propeller_is_told_and_one_that_is_too_small_is_doubted(column: str, words: str) -> None:
+    found = open_water({"J": [0.0, 0.7, 1.0], "KT": [0.45, 0.15, -0.02], column: [0.65, 0.275, 0.08]}, "p.csv")
+    assert found is not None
+    said = errors_text(fit_propeller(found, 0.002, 2.0, 1000.0, 2.0, 0.2, 0.0, 0.0)) + "\n"
+    assert f"; efficiency at most {words}" in said
+
+
+@pytest.mark.parametrize(("column", "hint"), [("10KQ", "K_Q under the name 10KQ"), ("KQ", "their powers of ten")])
+def test_a_propeller_that_gives_more_power_than_it_takes_is_refused(column: str, hint: str) -> None:
+    torque = [0.0065, 0.00275] if column == "KQ" else [0.065, 0.0275]
+    with pytest.raises(ParamError, match=rf"^p.csv: K_T and K_Q make an efficiency of 6.08 at J = 0.7, .*{hint}"):
+        open_water({"J": [0.0, 0.7], "KT": [0.45, 0.15], column: torque}, "p.csv")
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -325,6 +340,10 @@ def test_the_error_of_the_propeller_is_that_of_a_thrust_that_knows_no_speed() ->
         ("name,value\nYv,1\nYv,2\n", "'Yv' stands there 2 times"),
         ("name,value\nYuv,-1\n", "length_m (or L) is missing"),
         ("name,value\nL,5\nm,4000\n", "speed_m_s (or U0) is missing"),
+        (
+            "name,value\nL,5\nm,4000\nspeeed,2\n",
+            "speed_m_s (or U0) is missing; not understood: speeed (configs/hull.md",
+        ),
         ("name;value;unit\nL;5,0;m\n", "columns are separated by commas, and a number has a point"),
         ("name\tvalue\nL\t5\n", "columns are separated by commas, and a number has a point"),
         ("name,value\nL,5\nm,-4\n", "m = -4: must be above 0"),

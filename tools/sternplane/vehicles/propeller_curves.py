@@ -18,6 +18,10 @@ _SHARES = (0.0, 0.5, 0.8, 1.0, 1.2)
 """Of the advance ratio of steady motion, at which the fit is compared."""
 
 
+_POOR = 0.15
+"""A propeller whose efficiency is nowhere better is not built; its K_Q is ten times too large, or its J ends early."""
+
+
 class OpenWater(NamedTuple):
     """K_T and K_Q at advance ratios J, ascending; K_Q may be empty."""
 
@@ -35,6 +39,7 @@ class PropellerFit(NamedTuple):
         thrust: on the hull at the trim, N: (1 - t) T.
         torque: of the shaft at the trim, N m; NaN without K_Q.
         power: at the shaft at the trim, W; NaN without K_Q.
+        best: greatest efficiency of the curves, and its J; NaN without K_Q.
         errors: (share of J, thrust of the model over that of the curve) where the curve gives a thrust.
     """
 
@@ -43,6 +48,7 @@ class PropellerFit(NamedTuple):
     thrust: float
     torque: float
     power: float
+    best: tuple[float, float]
     errors: tuple[tuple[float, float], ...]
 
 
@@ -59,7 +65,8 @@ def open_water(columns: Mapping[str, Sequence[float]], where: str) -> OpenWater 
     """Return the curves of a table, or None where it has none; K_Q may be written as 10KQ.
 
     Raises:
-        ParamError: J is not ascending from 0, or a column is missing or of another length.
+        ParamError: J is not ascending from 0, a column is missing or of another length, or the propeller would give
+            more power than it takes.
     """
     plain = {_plain(name): values for name, values in columns.items()}
     if "J" not in plain:
@@ -73,7 +80,19 @@ def open_water(columns: Mapping[str, Sequence[float]], where: str) -> OpenWater 
         raise ParamError(f"{where}: J, K_T and K_Q must be lists of the same length, of two or more numbers")
     if any(b <= a for a, b in zip(found.J, found.J[1:], strict=False)) or found.J[0] < 0.0:
         raise ParamError(f"{where}: J must rise from 0 or more")
+    efficiency, J = best_efficiency(found)
+    if efficiency > 1.0:
+        text = f"K_T and K_Q make an efficiency of {efficiency:.3g} at J = {J:g}, and none is over 1"
+        hint = "they may be K_Q under the name 10KQ" if tenth is not None else "check their powers of ten"
+        raise ParamError(f"{where}: {text}; {hint}")
     return found
+
+
+def best_efficiency(curves: OpenWater) -> tuple[float, float]:
+    """Return the greatest efficiency J K_T / (2 pi K_Q) while it drives, and its J; NaN without K_Q."""
+    rows = zip(curves.J, curves.K_T, curves.K_Q, strict=True) if curves.K_Q else ()
+    found = [(J * K_T / (math.tau * K_Q), J) for J, K_T, K_Q in rows if K_T > 0.0 and K_Q > 0.0]
+    return max(found, default=(math.nan, math.nan))
 
 
 def fit_propeller(
@@ -105,7 +124,7 @@ def fit_propeller(
         K_T = float(np.interp(share * J, curves.J, curves.K_T))
         if curves.J[0] <= share * J <= curves.J[-1] and K_T > 0.0:
             errors.append((share, at_trim / K_T))
-    return PropellerFit(J, n, thrust, torque, math.tau * n * torque, tuple(errors))
+    return PropellerFit(J, n, thrust, torque, math.tau * n * torque, best_efficiency(curves), tuple(errors))
 
 
 def _advance_ratio(curves: OpenWater, wanted: float) -> float:
@@ -127,6 +146,12 @@ def _advance_ratio(curves: OpenWater, wanted: float) -> float:
 
 
 def errors_text(fit: PropellerFit) -> str:
-    """Return by how much the model's thrust is off the curve's, in words."""
+    """Return by how much the model's thrust is off the curve's, in words, and the efficiency of the curves."""
     shares = [f"{100.0 * (ratio - 1.0):+.0f} % at {share:g} J" for share, ratio in fit.errors]
-    return f"steady at J = {fit.J:.3f}; thrust off the curve by {', '.join(shares)}"
+    text = f"steady at J = {fit.J:.3f}; thrust off the curve by {', '.join(shares)}"
+    efficiency, J = fit.best
+    if not math.isnan(efficiency):
+        text += f"; efficiency at most {efficiency:.2g}, at J = {J:g}"
+    if efficiency < _POOR:
+        text += ": too little for a propeller; K_Q may be 10 K_Q, whose column is 10KQ, or J ends too early"
+    return text
