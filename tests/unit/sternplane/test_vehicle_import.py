@@ -333,6 +333,32 @@ def test_a_propeller_that_gives_more_power_than_it_takes_is_refused(column: str,
         open_water({"J": [0.0, 0.7], "KT": [0.45, 0.15], column: torque}, "p.csv")
 
 
+def test_a_displaced_volume_makes_buoyancy_and_mass(tmp_path: Path) -> None:
+    rows = {key: value for key, value in HULL.items() if key not in ("m", "W")} | {elsewhere(n): si(n) for n in NAMES}
+    body = imported(tmp_path, rows | {"volume": 5454.54}, {"volume": "l"}).vehicle["body"]
+    assert body["buoyancy_n"] == pytest.approx(5454.54 * 9.81, rel=1e-4)
+    assert body["mass_kg"] == pytest.approx(5454.54, rel=1e-4)
+    heavy = imported(tmp_path, rows | {"volume": 5.4, "W": 53400.0}).vehicle["body"]
+    assert (heavy["weight_n"], heavy["buoyancy_n"]) == pytest.approx((53400.0, 5400.0 * 9.81), rel=1e-4)
+    with pytest.raises(ParamError, match=r"displaces 5.297e\+04 N of water, and buoyancy_n = 5e\+04; leave one"):
+        imported(tmp_path, rows | {"volume": 5.4, "B": 5e4})
+
+
+def test_a_volume_without_dimension_is_over_the_cube_of_the_length() -> None:
+    found, _ = read_particulars([Entry("L", 5.0), Entry("U", 1.0), Entry("volume'", 0.02)], "t.csv")
+    found.complete()
+    assert found.values["mass_kg"] == pytest.approx(1025.0 * 0.02 * 125.0)
+
+
+def test_a_mass_in_prime_form_without_its_prime_is_told(tmp_path: Path) -> None:
+    rows = HULL | {elsewhere(name): NPS["coefficients"][name] for name in NAMES} | {"m": 0.0733}
+    with pytest.raises(
+        ParamError, match=r"m = 0.0733: no mass in kg of a hull of 5.3 m; .* write m' = 0.0733 for 5456 kg"
+    ):
+        imported(tmp_path, rows, form="prime")
+    assert imported(tmp_path, rows | {"m": 5454.54}, form="prime").vehicle["body"]["mass_kg"] == 5454.5
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -344,6 +370,8 @@ def test_a_propeller_that_gives_more_power_than_it_takes_is_refused(column: str,
             "name,value\nL,5\nm,4000\nspeeed,2\n",
             "speed_m_s (or U0) is missing; not understood: speeed (configs/hull.md",
         ),
+        ("name,value\nL,5\nU,2\nm,4000\nN\\prime_v,-3\n", r"law can be designed; write them, or take a plane from the"),
+        ("name,value\nL,5\nU,2\nm,4000\nN\\prime_v,-3\n", r"; not understood: N\prime_v (configs/hull.md"),
         ("name;value;unit\nL;5,0;m\n", "columns are separated by commas, and a number has a point"),
         ("name\tvalue\nL\t5\n", "columns are separated by commas, and a number has a point"),
         ("name,value\nL,5\nm,-4\n", "m = -4: must be above 0"),

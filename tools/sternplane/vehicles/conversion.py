@@ -13,10 +13,10 @@ from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from firmware_py.error_text import quoted
+from firmware_py.error_text import quoted, shortened
 from firmware_py.params import ParamError
 from sternplane.vehicles.derivative_table import Entry
-from sternplane.vehicles.particulars import Particulars, unknown_text
+from sternplane.vehicles.particulars import MissingError, Particulars, unknown_text
 from sternplane.vehicles.terms import OURS, Term, parse
 from sternplane.vehicles.units import Unit, parse_unit
 
@@ -26,6 +26,7 @@ _AMPLITUDES = {"v": 0.1, "w": 0.05, "p": 0.2, "q": 0.1, "r": 0.2}
 _CROSS_FLOW_MAX = 5.0
 """A cylinder across the flow has 1.1, a flat plate 2."""
 _REFERENCE = 1.54 / 1.33
+_MOST_NAMED = 8
 
 
 class Became(NamedTuple):
@@ -253,15 +254,25 @@ def _turn_fins(made: Converted) -> None:
             made.rows.append(Became(fin, "", f"−{fin}", said))
 
 
+def not_understood(entries: Iterable[Entry]) -> str:
+    """Return the names of entries that are no derivatives, in words; "" if there are none."""
+    names = [entry.name for entry in entries if parse(entry.name) is None]
+    if not names:
+        return ""
+    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
+    listed = ", ".join([shortened(name) for name in names[:_MOST_NAMED]])
+    return f"; not understood: {listed}{more} (configs/hull.md tells the names)"
+
+
 def needed(made: Converted, names: Iterable[str], where: str) -> None:
     """Refuse a table that lacks what no law can do without.
 
     Raises:
-        ParamError: what is missing, and how to get it.
+        MissingError: what is missing, and how to get it.
     """
     missing = [name for name in names if name not in made.coefficients]
     if missing:
-        raise ParamError(
+        raise MissingError(
             f"{where}: {', '.join(missing)} missing, without which no law can be designed; write them, or take a plane "
             "from the other with symmetric = true (a round hull with equal fins)"
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,10 +18,10 @@ from sim_bridge.plant.truth import Truth
 from sim_bridge.truth_file import derive
 from sternplane.identification.vehicle_file import text_of
 from sternplane.vehicles import starting_set
-from sternplane.vehicles.conversion import Became, Converted, convert, needed
-from sternplane.vehicles.derivative_table import read_entries, read_lists
+from sternplane.vehicles.conversion import Became, Converted, convert, needed, not_understood
+from sternplane.vehicles.derivative_table import Entry, read_entries, read_lists
 from sternplane.vehicles.fill import NO, assume_damping, coriolis, symmetric
-from sternplane.vehicles.particulars import Particulars, read_particulars
+from sternplane.vehicles.particulars import MissingError, Particulars, read_particulars
 from sternplane.vehicles.propeller_curves import PropellerFit, errors_text, fit_propeller, open_water
 from sternplane.vehicles.tails import PLUS, TAILS, centres
 
@@ -106,19 +106,28 @@ def import_table(path: Path, curves: Path | None = None, over: Mapping[str, Any]
             raise ParamError(f"{key} = {value:g}: must be above 0")
         into: dict[str, Any] = hull.switches if isinstance(value, bool) else hull.texts
         (hull.values if isinstance(value, float) else into)[key] = value
-    hull.complete()
-    made = convert(rest, hull, (*_NEEDED, *_PAPER))
-    if hull.switches.get("symmetric"):
-        symmetric(made)
-    coriolis(made, hull.texts.get("coriolis", NO), str(path))
-    needed(made, _NEEDED, str(path))
-    assume_damping(made, hull)
+    try:
+        made = _derivatives(rest, hull)
+    except MissingError as error:  # what is missing may stand there under a name that is not understood
+        raise ParamError(f"{error}{not_understood(rest)}") from None
     tail = hull.texts.get("tail", PLUS)
     if tail != PLUS:
         _share_among_four(made)
     propeller, fit, diameter = _propeller(made, hull, curves or (path if path.suffix.lower() != ".csv" else None))
     table = _vehicle(made, hull, propeller, tail)
     return Imported(table, made, hull, fit, diameter, tail)
+
+
+def _derivatives(rest: Sequence[Entry], hull: Particulars) -> Converted:
+    """Complete the particulars, and return the derivatives with what the hull adds to them."""
+    hull.complete()
+    made = convert(rest, hull, (*_NEEDED, *_PAPER))
+    if hull.switches.get("symmetric"):
+        symmetric(made)
+    coriolis(made, hull.texts.get("coriolis", NO), hull.where)
+    needed(made, _NEEDED, hull.where)
+    assume_damping(made, hull)
+    return made
 
 
 def _share_among_four(made: Converted) -> None:

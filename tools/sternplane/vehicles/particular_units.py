@@ -15,6 +15,7 @@ _UNITS = {
     "_m_s": ("m/s", "kn", "km/h"),
     "_rpm": ("rpm", "rev/s", "rad/s"),
     "_deg": ("deg", "rad"),
+    "_m3": ("m3", "l"),
     "_kg": ("kg", "g", "t", "lb"),
     "_m": ("m", "mm", "cm", "in", "ft"),
     "_n": ("N", "kN", "kg", "kgf", "lbf"),

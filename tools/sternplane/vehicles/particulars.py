@@ -19,6 +19,17 @@ _LENGTHS = {"weight_n": 2, "buoyancy_n": 2, "mass_kg": 3, "I_x": 5, "I_y": 5, "I
 """Powers of L in rho/2 L^k of what may be given without dimension, as m' and Iy'; W' and B' are over U^2 too."""
 
 
+_LEAST_MASS = 5e-4
+"""Of m', over rho/2 L^3: a hull 50 times as long as thick. A mass that is less in SI, and was given without unit in a
+table in prime form, is m'."""
+_SAME = 0.02
+"""By so much buoyancy and the weight of the water of a volume may differ, by rounding."""
+
+
+class MissingError(ParamError):
+    """A table lacks what no hull can be made without."""
+
+
 class Known(NamedTuple):
     """A particular: what else it is called, and whether it must be above zero."""
 
@@ -35,6 +46,7 @@ KNOWN: dict[str, Known] = {
     "mass_kg": Known("m mass"),
     "weight_n": Known("W weight"),
     "buoyancy_n": Known("B buoyancy"),
+    "volume_m3": Known("volume nabla ∇ displaced_volume"),
     **{f"I_{a}_kg_m2": Known(f"I{a} I{a}{a} I_{a} I_{a}{a}") for a in "xyz"},
     **{f"I_{a}_kg_m2": Known(f"I{a} I_{a}", positive=False) for a in ("xy", "yz", "xz")},
     **{f"{a}_{c}_m": Known(f"{a}{c} {a}{c.lower()} {a}_{c} {a}_{c.lower()}", False) for c in "GB" for a in "xyz"},
@@ -77,6 +89,7 @@ class Particulars:
     assumed: list[str] = field(default_factory=list)
     _prime: dict[str, float] = field(default_factory=dict)
     _named: dict[str, str] = field(default_factory=dict)
+    _bare: set[str] = field(default_factory=set)
 
     def take(self, entry: Entry) -> bool:
         """Take an entry if it is a particular; return whether it is.
@@ -101,6 +114,8 @@ class Particulars:
         if key is None:
             return False
         number = self._number(name, value)
+        if not entry.unit.strip():
+            self._bare.add(key)
         if KNOWN[key].positive and not number > 0.0:
             raise ParamError(f"{self.where}: {name} = {number:g}: must be above 0")
         try:
@@ -125,13 +140,13 @@ class Particulars:
         """Return a particular.
 
         Raises:
-            ParamError: the table has none, and nothing is assumed for it.
+            MissingError: the table has none, and nothing is assumed for it.
         """
         if key in self.values:
             return self.values[key]
         if otherwise is None:
             also = f" (or {KNOWN[key].aliases.split()[0]})" if KNOWN[key].aliases else ""
-            raise ParamError(f"{self.where}: {key}{also} is missing")
+            raise MissingError(f"{self.where}: {key}{also} is missing")
         return otherwise
 
     def assume(self, key: str, value: float, why: str) -> None:
@@ -140,25 +155,51 @@ class Particulars:
             self.values[key] = value
             self.assumed.append(f"{key} = {value:.4g}: {why}")
 
+    def _refuse_prime_mass(self, L: float) -> None:
+        """Refuse a mass that is given as in SI, and is one over rho/2 L^3."""
+        mass = self.values.get("mass_kg", math.inf)
+        scale = 0.5 * self.values["density_kg_m3"] * L**3
+        if self.texts.get("form") == "prime" and "mass_kg" in self._bare and mass < _LEAST_MASS * scale:
+            name = self._named["mass_kg"]
+            raise ParamError(
+                f"{self.where}: {name} = {mass:g}: no mass in kg of a hull of {L:g} m; a mass over rho/2 L^3 is m': "
+                f"write m' = {mass:g} for {mass * scale:.4g} kg, or the mass in kg"
+            )
+
     def complete(self) -> None:
         """Fill in everything that a hull needs.
 
         Raises:
-            ParamError: length, mass or speed are missing.
+            MissingError: length, mass or speed are missing.
+            ParamError: a mass is no mass in SI, or buoyancy and volume contradict each other.
         """
         v = self.values
         L = self.get("length_m")
         self.assume("density_kg_m3", 1025.0, "sea water")
         U = self.get("speed_m_s")
         for key, value in self._prime.items():
+            if key == "volume_m3":
+                v[key] = value * L**3
+                continue
             power = _LENGTHS.get(key.removesuffix("_kg_m2"), _LENGTHS.get(key))
             pressure = 0.5 * v["density_kg_m3"] * (U * U if key in ("weight_n", "buoyancy_n") else 1.0)
             v[key] = value * pressure * L**power if power else value * L
         if "diameter_m" in v:
             v.setdefault("height_m", v["diameter_m"])
             v.setdefault("width_m", v["diameter_m"])
+        self._refuse_prime_mass(L)
+        displaced = v["density_kg_m3"] * v.get("volume_m3", 0.0)
+        if displaced and abs(v.get("buoyancy_n", displaced * G) / (displaced * G) - 1.0) > _SAME:
+            both = f"volume_m3 = {v['volume_m3']:.4g} displaces {displaced * G:.4g} N of water, and buoyancy_n"
+            raise ParamError(
+                f"{self.where}: {both} = {v['buoyancy_n']:.4g}; leave one of them out, or correct the density"
+            )
+        if displaced:
+            self.assume("buoyancy_n", displaced * G, "of the water displaced, density times volume")
         if "mass_kg" not in v and "weight_n" in v:
             self.assume("mass_kg", v["weight_n"] / G, "weight over 9.81")
+        if displaced:
+            self.assume("mass_kg", displaced, "that of the water displaced")
         if "mass_kg" not in v and {"height_m", "width_m"} <= v.keys():
             volume = 0.7 * L * 0.25 * math.pi * v["height_m"] * v["width_m"]
             self.assume("mass_kg", v["density_kg_m3"] * volume, "the water displaced, 0.7 of a cylinder of its size")
