@@ -21,7 +21,7 @@ def inversion_speed(vehicle: Vehicle) -> float:
 
     The pitch that the righting moment allows makes less vertical velocity than the planes' own force, which points
     the other way. In steady motion Z_w w + Z_ds u delta = 0 and rho/2 L^3 u (M_w w + M_ds u delta) = righting theta;
-    at this speed z_dot = w - u theta is 0 whatever delta is (the critical speed of submarines, Burcher and Rydill 1994).
+    at this speed z_dot = w - u theta is 0 whatever delta is (of submarines: the critical speed, Burcher and Rydill).
     """
     c, hull = vehicle.coefficients, vehicle.hull
     moment = 0.5 * hull.density * hull.length**3 * (c.M_w * c.Z_ds - c.M_ds * c.Z_w)
