@@ -10,20 +10,52 @@ from pathlib import Path
 
 import pytest
 from sternplane.cli.main import main
+from sternplane.vehicles import turning
 from sternplane.vehicles.check import by_files, check
 from sternplane.vehicles.finding import Finding, Grade
 from sternplane.vehicles.inversion import inversion_speed
-from sternplane.vehicles.limits import read_files
+from sternplane.vehicles.limits import Files, read_files
 from sternplane.vehicles.stability import doubling_time, poles, poles_over, righting
 from sternplane.vehicles.trim import level
 
 from firmware_py.adapters.installation import configs
+from firmware_py.control.control import LawKind
 from firmware_py.vehicle.manoeuvrability import ManoeuvrabilityModel
+
+ARIES = """name,value,unit
+name,NPS ARIES
+L,3.0,m
+height_m,0.25,m
+width_m,0.4,m
+U0,1.8,m/s
+m,222.26,kg
+Izz,210,kg m^2
+Yvdot,-456.76,kg
+Yrdot,-67.32,kg m
+Yv,-68.16,kg/s
+Yr,406.30,kg m/s
+Ydr,70,N/rad
+Nvdot,-67.32,kg m
+Nrdot,-65.84,kg m^2
+Nv,-10.89,kg m/s
+Nr,-88.34,kg m^2/s
+Ndr,-35.47,N m
+symmetric,true
+coriolis,true
+"""
+"""Steering of NPS ARIES, of the size that Marco and Healey (2001) give it; drag across it is assumed."""
 
 
 @pytest.fixture
 def remus(tmp_path: Path) -> Path:
     return Path(shutil.copytree(configs() / "remus100", tmp_path / "boat"))
+
+
+def lags(files: Files) -> list[Finding]:
+    """How far the heading is behind in turns."""
+    able = ManoeuvrabilityModel(files.vehicle).of(None, ())
+    turns = turning.turns_of(files, files.autopilot.guidance.cruise_speed)
+    return [one for one in turning.judged(files, turns, able) if one.topic == "heading in turns"]
 
 
 def edit(folder: Path, file: str, key: str, value: str) -> None:
@@ -130,6 +162,26 @@ def test_speeds_that_are_not_clear_of_the_inversion_speed_are_told(remus: Path) 
         "control.u_min_m_s": Grade.WARN,
     }
     assert wrong(told, "inversion", "below 1.09 m/s", f"raise it to {1.4 * inverted:.2f}")
+
+
+def test_where_drag_across_the_hull_decides_turns_the_lag_of_the_heading_is_told(tmp_path: Path) -> None:
+    path, folder = tmp_path / "aries.csv", tmp_path / "boat"
+    path.write_text(ARIES)
+    assert main(["vehicle", "import", str(path), "--out", str(folder)]) == 0
+    files = read_files(folder)
+    autopilot, hull = files.autopilot, files.truth.hull
+    (told,) = lags(files)
+    assert told.grade is Grade.WARN
+    assert 'C_dy = 1: measure it, or fly control.law = "pid"' in told.text
+    (less,) = lags(files._replace(truth=dataclasses.replace(files.truth, hull=dataclasses.replace(hull, C_dy=0.1))))
+    assert less.grade is Grade.PASS
+    heading = dataclasses.replace(autopilot.control.heading, poles=(-1.17, -1.3))
+    control = dataclasses.replace(autopilot.control, heading=heading)
+    (faster,) = lags(files._replace(autopilot=dataclasses.replace(autopilot, control=control)))
+    behind = [float(one.text.partition("heading is ")[2].split()[0]) for one in (less, told, faster)]
+    assert 2.0 * behind[0] < behind[1] < behind[2] - 2.0
+    pid = dataclasses.replace(autopilot.control, law=LawKind.PID)
+    assert not lags(files._replace(autopilot=dataclasses.replace(autopilot, control=pid)))
 
 
 def test_a_simulated_hull_that_no_rudder_turns_fails(remus: Path) -> None:

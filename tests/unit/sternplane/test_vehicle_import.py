@@ -237,6 +237,17 @@ def test_damping_by_squares_is_cross_flow_drag_and_what_is_left_of_it_is_linear_
     assert any("r = 0.1 rad/s, 1.8288 m/s" in row.remark for row in more.converted.rows)
 
 
+@pytest.mark.parametrize("given", [{}, {"Yvv": -800.0}, {"C_dy": 0.4}])
+def test_of_drag_across_the_hull_that_is_assumed_it_is_said_that_it_decides_turns(
+    tmp_path: Path, given: dict[str, float]
+) -> None:
+    rows = {key: value for key, value in HULL.items() if key not in ("C_dy", "C_dz")} | {
+        elsewhere(n): si(n) for n in NAMES
+    }
+    said = [line for line in imported(tmp_path, rows | given).hull.assumed if "decides turns" in line]
+    assert [line.startswith("C_dy = 1:") for line in said] == ([True] if not given else [])
+
+
 def test_fins_that_are_counted_the_other_way_are_turned(tmp_path: Path) -> None:
     rows = {elsewhere(name): si(name) * (-1.0 if name.endswith("dr") else 1.0) for name in NAMES}
     found = imported(tmp_path, HULL | rows)

@@ -13,21 +13,16 @@ from firmware_py.number_text import signed
 from firmware_py.records.manoeuvrability import Manoeuvrability
 from firmware_py.vehicle.manoeuvrability import ManoeuvrabilityModel
 from sim_bridge.plant.plant import PlantError
-from sim_bridge.plant.truth import Truth
-from sternplane.vehicles import dimensions, inversion, munk_moment
+from sternplane.vehicles import dimensions, inversion, munk_moment, turning
 from sternplane.vehicles.finding import Finding, Grade, graded
 from sternplane.vehicles.limits import Files, contradictions, top_shaft
 from sternplane.vehicles.stability import Poles, doubling_time, poles_over, righting
-from sternplane.vehicles.swum import Turn, steady_speed, steady_turn
+from sternplane.vehicles.swum import Turn, steady_speed
 from sternplane.vehicles.trim import Level, least_level_speed, level
 
 _SPEEDS = 25
-_RUDDERS = 5
 _QUICK = 0.5
 """A hull whose motion doubles within this time, s, turns away faster than servos and laws bring it back."""
-
-_BELIEF = 1.25
-"""Radius by the vehicle file over that which is swum, or the reverse, from which on it is told."""
 
 
 @dataclass(frozen=True)
@@ -69,8 +64,8 @@ def check(files: Files) -> Checked:
     turns: dict[float, Turn] = {}
     try:
         findings += _speed(files)
-        turns = _turns(files, cruise)
-        findings += _turning(files, turns, able)
+        turns = turning.turns_of(files, cruise)
+        findings += turning.judged(files, turns, able)
     except PlantError as error:
         findings.append(Finding("plant", Grade.FAIL, f"the simulated vehicle cannot be swum: {error}"))
     return Checked(tuple(findings), tuple(_abilities(files, able, turns, top)), poles, levels, turns)
@@ -176,76 +171,6 @@ def _speed(files: Files) -> Iterator[Finding]:
     text += f"{propeller.u_trim:g} ({signed(100.0 * off, '.1f')} %)"
     mend = "without DVL the vehicle goes by that speed: correct u_trim_m_s, n_trim_rpm or C_d0"
     yield graded("speed", abs(off), 0.03, 0.1, text, mend)
-
-
-def _turns(files: Files, cruise: float) -> dict[float, Turn]:
-    propeller, most = files.vehicle.propeller, files.vehicle.effectiveness.delta_r_max
-    limit = min(most, math.pi / 4)
-    n = propeller.n_trim * cruise / propeller.u_trim
-    angles = np.linspace(limit / _RUDDERS, limit, _RUDDERS).tolist()
-    return {angle: steady_turn(files.truth, angle, n, cruise) for angle in angles}
-
-
-def _turning(files: Files, turns: dict[float, Turn], able: Manoeuvrability) -> Iterator[Finding]:
-    guidance = files.autopilot.guidance
-    full, turn = max(turns.items())
-    if turn.diverged:
-        yield Finding("turn", Grade.WARN, f"with {math.degrees(full):.0f} deg of rudder no steady turn is reached")
-        return
-    if math.isinf(turn.radius):
-        said = f"{math.degrees(full):.0f} deg of rudder does not turn it: check N_dr, Y_dr and shares of truth.toml"
-        yield Finding("turn", Grade.FAIL, said)
-        return
-    port = "to port" if turn.rate < 0.0 else "TO STARBOARD: a positive rudder must turn to port"
-    text = f"{math.degrees(full):.0f} deg of rudder turns {port}, radius {turn.radius:.1f} m at {turn.speed:.2f} m/s"
-    text += f"; guidance.turn_radius_m = {guidance.turn_radius:g}"
-    if turn.rate > 0.0:
-        yield Finding("turn", Grade.FAIL, text)
-    else:
-        mend = "over 0.7 of it, fins that are weaker or a current leave no circle: raise guidance.turn_radius_m to "
-        mend += f"{turn.radius / 0.7:.1f}"
-        yield graded("turn", turn.radius / guidance.turn_radius, 0.7, 1.0, text, mend)
-    asked, does = math.degrees(guidance.turn_rate_max), math.degrees(abs(turn.rate))
-    text = f"guidance.turn_rate_max_deg_s = {asked:g}; full rudder turns {does:.1f} deg/s at cruising speed"
-    mend = f"more than 0.8 of that leaves the law little rudder: lower guidance.turn_rate_max_deg_s to {0.8 * does:.1f}"
-    yield graded("turn rate", asked / does, 0.8, 1.0, text, mend)
-    text = f"rolls {math.degrees(turn.roll):.0f} deg in that turn, drift {signed(math.degrees(turn.drift), '.0f')} deg"
-    mend = "beyond 20 deg rudders dive and planes turn: lower guidance.turn_rate_max_deg_s, or check z_G and K_p"
-    yield graded("roll in turn", turn.roll, math.radians(20.0), math.radians(45.0), text, mend)
-    yield from _belief(files, turns, able)
-
-
-def _belief(files: Files, turns: dict[float, Turn], able: Manoeuvrability) -> Iterator[Finding]:
-    """Yield whether the circles that are asked for can be swum, and whether the vehicle file believes in like ones."""
-    full, turn = max(turns.items())
-    propeller, cruise = files.vehicle.propeller, files.autopilot.guidance.cruise_speed
-    n = propeller.n_trim * cruise / propeller.u_trim
-    try:
-        believed = steady_turn(_as_believed(files), full, n, cruise)
-    except PlantError:
-        yield Finding("belief", Grade.WARN, "with the coefficients of vehicle.toml the simulated hull cannot be swum")
-        return
-    off = max(turn.radius, believed.radius) / min(turn.radius, believed.radius)
-    text = f"full rudder swims {turn.radius:.1f} m, with the coefficients of vehicle.toml {believed.radius:.1f} m"
-    if math.isfinite(able.turn):
-        asked = max(files.autopilot.guidance.turn_radius, able.turn_radius)
-        text = f"circles asked for are {asked:.1f} m or wider; {text}, by its linear model {1.0 / able.turn:.1f} m"
-        wide = graded("belief", turn.radius / asked, 1.0, 1.5, text)
-        if wide.grade is not Grade.PASS:
-            yield wide
-            return
-        if 1.0 / able.turn > _BELIEF * turn.radius:
-            yield Finding("belief", Grade.WARN, f"{text}, which the laws are made from: check L and N_dr of both files")
-            return
-    if off > _BELIEF and not believed.diverged:
-        text += "; N_v, N_r, Y_v, Y_r or N_dr of vehicle.toml and truth.toml are of two hulls"
-    yield graded("belief", 1.0 if believed.diverged else off, _BELIEF, math.inf, text)
-
-
-def _as_believed(files: Files) -> Truth:
-    """Return the simulated vehicle with the coefficients of the vehicle file."""
-    own = dataclasses.asdict(files.vehicle.coefficients)
-    return dataclasses.replace(files.truth, coefficients=dataclasses.replace(files.truth.coefficients, **own))
 
 
 def _abilities(files: Files, able: Manoeuvrability, turns: dict[float, Turn], top: float) -> Iterator[tuple[str, str]]:

@@ -13,6 +13,11 @@ from sternplane.vehicles.particulars import Particulars
 _NONE = 1e-12
 """What rounding leaves of two that are equal."""
 _CROSS_FLOW, _ROLL_DAMPING = 1.0, 0.3
+_DECIDES = {
+    "C_dy": "a cylinder across the flow; no Yvv. It decides turns, and may be 0.3: give C_dy if it is known",
+    "C_dz": "the same in dives; no Zww",
+}
+"""Why drag across the hull is assumed, and what depends on it."""
 
 _MIRRORED = (
     ("Y_v", "Z_w", 1.0),
@@ -141,7 +146,7 @@ def assume_damping(made: Converted, hull: Particulars) -> None:
     """Assume what no hull is without: drag across it, and some damping of roll; both are told."""
     if not made.drag.keys() & {"C_dy", "C_dz"} and not hull.values.keys() & {"C_dy", "C_dz"}:
         for key in ("C_dy", "C_dz"):
-            hull.assume(key, _CROSS_FLOW, "a cylinder across the flow; no Yvv, no Zww")
+            hull.assume(key, _CROSS_FLOW, _DECIDES[key])
     if "K_p" in made.coefficients:
         return
     v = hull.values
