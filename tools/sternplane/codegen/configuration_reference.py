@@ -45,8 +45,10 @@ Each folder except `scenarios/`, `systemd/` and `udev/` is one vehicle:
 
 To configure another vehicle, make a folder from a table of derivatives with `sternplane vehicle import`, or copy a
 folder and change it: [Another hull](hull.md). `sternplane vehicle check DIR` tells what it can do and what contradicts;
-pass it with `--config`. `scenarios/` holds what can be flown in the simulation: `sternplane scenarios` lists them, and
-`--scenario FILE.toml` flies one of your own. `systemd/` and `udev/` start a vehicle at boot:
+pass it with `--config`. A configuration is named by its folder; where there is no such folder, `remus100` and
+`configs/remus100` are the vehicle of that name that comes with the program, in a checkout and installed. `scenarios/`
+holds what can be flown in the simulation: `sternplane scenarios` lists them, and `--scenario FILE.toml` flies one of
+your own. `systemd/` and `udev/` start a vehicle at boot:
 [From simulation to your vehicle](vehicle.md).
 
 A key ends in the unit of its value. An unknown key, a wrong unit and a value out of bounds are errors that name file
