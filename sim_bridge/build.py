@@ -10,7 +10,7 @@ import numpy as np
 from firmware_py.adapters.buses.can_bus import FramePort
 from firmware_py.adapters.drivers.instrument_params import Device
 from firmware_py.adapters.io_params import IoParams
-from firmware_py.params import prefix_errors
+from firmware_py.params import ParamError, prefix_errors
 from firmware_py.wire.canopen.fin_drive import drives_of
 from firmware_py.wire.dronecan.fin_servo import servos_of
 from firmware_py.wire.serial import dynamixel_fins
@@ -52,6 +52,21 @@ def refuse_absent_targets(scenario: Scenario, truth: Truth, wiring: Wiring, *, o
     fins, sensors = [fin.name for fin in truth.fins], {*SENSORS, *wiring.spares}
     nodes = {*wiring.nodes.by_name, *(device.name for device in wiring.measuring if device.node)}
     refuse_absent(scenario.injected, fins, sensors, nodes if on_bus else None)
+
+
+def refuse_unsimulated(lines: Sequence[Device]) -> None:
+    """Refuse drivers of whose devices, on lines of their own, there is no simulated one.
+
+    Raises:
+        ParamError: which driver, and where its device is to be added.
+    """
+    for device in lines:
+        driver = device.line.driver
+        if device.role != "fins" and driver not in FIRMWARE and driver not in I2C_CHIPS:
+            raise ParamError(
+                f'{device.key}: the plant has no device for driver "{driver}"; add one to '
+                "sim_bridge/devices/lines/table.py"
+            )
 
 
 def build_bridge(

@@ -14,6 +14,7 @@ from sternplane.sitl.flight import FlightRequest, fly, prepare
 from firmware_py.adapters.installation import configs
 from firmware_py.app import build
 from firmware_py.params import ParamError
+from sim_bridge.devices.lines.table import FIRMWARE, I2C_CHIPS
 from tests.command import Forked
 from tests.straight_run import hold, under_way
 
@@ -79,6 +80,20 @@ def with_bar30(tmp_path_factory: pytest.TempPathFactory) -> Path:
     io = tmp_path_factory.mktemp("bar30") / "io.toml"
     io.write_text(IO.read_text() + BAR30)
     return io
+
+
+@pytest.mark.parametrize(("driver", "table"), [("vectornav", FIRMWARE), ("bar30", I2C_CHIPS)])
+def test_a_driver_whose_device_nobody_simulates_is_refused_with_where_to_add_one(
+    tmp_path: Path, with_bar30: Path, monkeypatch: pytest.MonkeyPatch, driver: str, table: dict[str, object]
+) -> None:
+    monkeypatch.delitem(table, driver)
+    with pytest.raises(ParamError) as caught:
+        flight(tmp_path, io=with_bar30)
+    text = str(caught.value)
+    assert text.startswith(f"{with_bar30}: instruments[")
+    assert text.endswith(
+        f']: the plant has no device for driver "{driver}"; add one to sim_bridge/devices/lines/table.py'
+    )
 
 
 def test_a_sensor_on_an_i2c_bus_measures_the_depth_and_is_waited_for(with_bar30: Path, tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from firmware_py import app, config_files, loop
 from firmware_py.adapters.buses.can_bus import CanBus, open_bus
-from firmware_py.adapters.fitting import fitted, open_second, shared_nodes
+from firmware_py.adapters.fitting import fitted, open_second
 from firmware_py.adapters.hil.hil_link import parse_hil_link
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.linux_realtime import apply_while
@@ -50,6 +50,7 @@ from sternplane.sitl.request import SCENARIOS as SCENARIOS
 from sternplane.sitl.request import FlightRequest as FlightRequest
 from sternplane.sitl.request import (
     digests,
+    fitted_nodes,
     parse_settings,
     read_devices,
     read_io,
@@ -177,7 +178,7 @@ def prepare(request: FlightRequest, kept: Mapping[str, Any]) -> Flight:
     )
     refuse_missing_parts(configuration, over, settings, scenario_place(request))
     io, hil = read_io(request), parse_hil_link(request.link)
-    configuration |= {} if hil else shared_nodes(io, config_files.vehicle(configuration).fins)
+    configuration |= {} if hil else fitted_nodes(request, io, config_files.vehicle(configuration).fins)
     autopilot, truth = app.build(configuration), read_truth(request)
     believed = len(autopilot.applied.fins)
     refuse_other_fins(truth, str(request.config / "truth.toml"), believed, configuration["files"]["vehicle"])
