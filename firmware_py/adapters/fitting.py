@@ -31,7 +31,7 @@ from firmware_py.adapters.fin_reports import FinReports
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.params import ParamError
 from firmware_py.vehicle.fins import Fin
-from firmware_py.wire.canopen.fin_drive import drives_of
+from firmware_py.wire.canopen.fin_drive import FinDrive, drives_of
 from firmware_py.wire.dronecan.fin_servo import FinServo, servos_of
 from firmware_py.wire.fin_positions import FinPositions
 from firmware_py.wire.serial import dynamixel_fins
@@ -58,14 +58,7 @@ def fitted(
     Raises:
         ParamError: the io file has a servo for no fin, none for a fin, or one that does not turn far enough.
     """
-    names = [fin.name for fin in fins]
-    drives, on_line = drives_of(io.canopen.fins, names), dynamixel_fins.servos_of(io.dynamixel.fins, names)
-    servos = () if drives or on_line else servos_of(io.fins, names)
-    moved: Sequence[FinServo | FinPositions] = drives or on_line or servos
-    for one, fin in zip(moved, fins, strict=True):
-        one.refuse_less_than(fin.delta_max)
-        if isinstance(one, FinPositions):
-            one.refuse_slower_than(fin.rate_max)
+    drives, on_line, servos = actuators_of(io, fins)
     watches: list[Driver] = [BusWatch("bus", bus)]
     if drives and second is None:
         bus, standard = split(bus)
@@ -80,18 +73,36 @@ def fitted(
             own.append(_driver(device, line))
     counts = Counter(device.role for device in io.devices)
     spares = {role: count - 1 for role, count in counts.items() if count > 1}
-    reports = FinReports(names, [one.reach for one in moved])
+    reports = FinReports([fin.name for fin in fins], [one.reach for one in drives or on_line or servos])
     return DeviceHardware(reports, [DroneCan(io, servos, bus, node_ids), *watches, *own], spares)
+
+
+def actuators_of(
+    io: IoParams, fins: Sequence[Fin]
+) -> tuple[tuple[FinDrive, ...], tuple[dynamixel_fins.DynamixelFin, ...], tuple[FinServo, ...]]:
+    """Return what moves the fins, in their order: drives, servos on a line, or servos on the bus.
+
+    Raises:
+        ParamError: a servo for no fin, none for a fin, or one that does not turn far or fast enough.
+    """
+    names = [fin.name for fin in fins]
+    drives, on_line = drives_of(io.canopen.fins, names), dynamixel_fins.servos_of(io.dynamixel.fins, names)
+    servos = () if drives or on_line else servos_of(io.fins, names)
+    moved: Sequence[FinServo | FinPositions] = drives or on_line or servos
+    for one, fin in zip(moved, fins, strict=True):
+        one.refuse_less_than(fin.delta_max)
+        if isinstance(one, FinPositions):
+            one.refuse_slower_than(fin.rate_max)
+    return drives, on_line, servos
 
 
 def shared_nodes(io: IoParams, fins: Sequence[Fin]) -> dict[str, list[int]]:
     """Return what a configuration says of the nodes with several roles; nothing where there is none.
 
     Raises:
-        ParamError: the io file has a servo for no fin, or none for a fin.
+        ParamError: the io file has a servo for no fin, none for a fin, or one that does not turn far enough.
     """
-    on_bus = not (io.canopen.fins or io.dynamixel.fins)
-    servos = servos_of(io.fins, [fin.name for fin in fins]) if on_bus else ()
+    _, _, servos = actuators_of(io, fins)
     bits = shared_bits(roles_of(io, servos))
     return {"shared_nodes": bits} if bits else {}
 

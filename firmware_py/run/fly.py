@@ -21,7 +21,7 @@ from firmware_py.adapters.storage.parted_log import PartedLog
 from firmware_py.adapters.storage.state_store import StateStoreError
 from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.estimation.navigation.navigation import KeptNavigation
-from firmware_py.params import load
+from firmware_py.params import load, prefix_errors
 from firmware_py.records.cycle import Cycle
 from firmware_py.run import kept_navigation, kept_node_ids, over_can, over_hil, provenance
 from firmware_py.run.command_line import BAD
@@ -65,7 +65,7 @@ def fly(options: argparse.Namespace) -> FlightResult:
     Raises:
         BusError, GroundError, LogError, ParamError, StateStoreError, UsageError: in one line, what cannot be used.
     """
-    io_file, address = options.io or options.config / "io_sitl.toml", parse_hil_link(options.link)
+    io_file, address = _io_file(options), parse_hil_link(options.link)
     pace = options.pace or ("bus" if address else "realtime")
     if address and (options.bus or options.dvl or pace != "bus"):
         raise UsageError(
@@ -103,7 +103,8 @@ def _fly_alone(
     )
     params, fins = config_files.autopilot_params(configuration), config_files.vehicle(configuration).fins
     if not address:
-        configuration |= shared_nodes(io, fins)
+        with prefix_errors(str(_io_file(options))):
+            configuration |= shared_nodes(io, fins)
     autopilot = app.build(configuration)
     spec = options.bus or io.can.bus
     # What cannot be opened is refused before anything but the lock is written.
@@ -218,6 +219,11 @@ def _save_state(stations: Stations, state: Path | None, folder: Path, logs: Path
             raise
         return [f"{error}; the flight begins, and keeps nothing for the next one"]
     return []
+
+
+def _io_file(options: argparse.Namespace) -> Path:
+    path: Path = options.io or options.config / "io_sitl.toml"
+    return path
 
 
 def _leave(

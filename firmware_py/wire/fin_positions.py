@@ -123,7 +123,6 @@ def by_fin(key: str, declared: Sequence[E], fins: Sequence[str]) -> list[E]:
         ParamError: a fin without an entry, an entry without a fin, or twice.
     """
     entries: dict[str, E] = {}
-    key = f"{key} of the io file"
     for one in declared:
         if one.name not in fins:
             raise ParamError(f"{key}: {one.name}: is no fin of vehicle.toml, which has {', '.join(fins)}")

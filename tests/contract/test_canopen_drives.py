@@ -656,8 +656,8 @@ def test_a_bus_that_fails_is_silence(spec, flying):
 @pytest.mark.parametrize(
     ("change", "text"),
     [
-        ({"name": "bow"}, "canopen.fins of the io file: bow: is no fin of vehicle.toml, which has port, top"),
-        ({"name": "top"}, "canopen.fins of the io file: top: stands there twice"),
+        ({"name": "bow"}, "canopen.fins: bow: is no fin of vehicle.toml, which has port, top"),
+        ({"name": "top"}, "canopen.fins: top: stands there twice"),
         ({"node": 6}, r"canopen.fins: top: node = 6: is port already"),
         ({"node": 1}, r"canopen.fins: port: node = 1: is canopen.node_id already"),
         ({"counts_per_turn": 1.0}, "counts_per_turn"),

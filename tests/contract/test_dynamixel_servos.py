@@ -752,8 +752,8 @@ def test_closed_twice(flying):
 @pytest.mark.parametrize(
     ("change", "text"),
     [
-        ({"name": "bow"}, "dynamixel.fins of the io file: bow: is no fin of vehicle.toml, which has port, top, low"),
-        ({"name": "top"}, "dynamixel.fins of the io file: top: stands there twice"),
+        ({"name": "bow"}, "dynamixel.fins: bow: is no fin of vehicle.toml, which has port, top, low"),
+        ({"name": "top"}, "dynamixel.fins: top: stands there twice"),
         ({"id": 6}, "dynamixel.fins: top: id = 6: is port already"),
         ({"id": 253}, "id"),
         ({"travel_deg": 90.0, "scale": 3.0}, "port: travel_deg = 90: the servo would have to go from -1024 to 5120"),

@@ -145,8 +145,8 @@ def test_a_propeller_may_be_told_a_share_of_its_full_speed():
 @pytest.mark.parametrize(
     ("change", "why"),
     [
-        ({0: {"name": "fin_1"}}, "fins of the io file: fin_1: is no fin of vehicle.toml, which has stern_port"),
-        ({0: {"name": "rudder_lower"}}, "fins of the io file: rudder_lower: stands there twice"),
+        ({0: {"name": "fin_1"}}, "fins: fin_1: is no fin of vehicle.toml, which has stern_port"),
+        ({0: {"name": "rudder_lower"}}, "fins: rudder_lower: stands there twice"),
         ({0: {"id": 4}}, "fins: stern_port and rudder_lower obey the same actuator id 4"),
         ({0: {"status_id": 4}}, "fins: stern_port and rudder_lower report under the same node and id 4"),
         ({0: {"status_id": 4, "node": 21}}, "fins: stern_port and rudder_lower report under the same node and id 4"),

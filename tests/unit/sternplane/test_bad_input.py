@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from firmware_py.adapters.installation import configs
 from tests.command import called
 
 RED = "\x1b[31mred\x07"
@@ -103,3 +104,25 @@ def test_a_path_that_no_file_can_have_is_one_line(words: tuple[str, ...], path: 
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1), done.stderr
     assert done.stderr.startswith("sternplane: ")
     assert sorted(one.name for one in tmp_path.iterdir()) == ["file", "loop"]
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ('name = "bow"\nid = 1\n', "fins: bow: is no fin of vehicle.toml"),
+        ('name = "{}"\nid = {}\ntravel_deg = 9.0\n', "fins: stern_port: travel_deg = 9: the servo must turn to"),
+    ],
+    ids=["unknown fin", "travel"],
+)
+@pytest.mark.parametrize("command", ["sitl --io", "fly --io", "io check", "fins --sweep --io"])
+def test_servos_that_do_not_fit_the_fins_are_told_with_their_file(
+    command: str, settings: str, words: str, tmp_path: Path
+) -> None:
+    names = ("stern_port", "stern_starboard", "rudder_upper", "rudder_lower")
+    file, shipped = tmp_path / "mine.toml", configs() / "npsauv2" / "io_sitl.toml"
+    tables = "".join("[[fins]]\n" + settings.format(name, i) for i, name in enumerate(names, 1))
+    file.write_text(shipped.read_text() + tables)
+    done = called(*command.split(), file, cwd=tmp_path)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert done.stderr.startswith(f"sternplane: {file}: {words}")
+    assert [*tmp_path.iterdir()] == [file]

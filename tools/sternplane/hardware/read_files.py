@@ -6,11 +6,11 @@ import argparse
 from pathlib import Path
 
 from firmware_py import config_files
-from firmware_py.adapters.fitting import at_desk
+from firmware_py.adapters.fitting import actuators_of, at_desk
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.config_files import Configuration
-from firmware_py.params import load
+from firmware_py.params import load, prefix_errors
 from firmware_py.settings import lay_settings, of_file, parse_setting
 
 _FILES = {**config_files.FILES, "io": IoParams}
@@ -25,4 +25,6 @@ def read_files(options: argparse.Namespace, io_file: Path) -> tuple[IoParams, Co
     settings = [parse_setting(text, _FILES) for text in options.settings]
     io = load(IoParams, *lay_settings(IoParams, read_toml(io_file), of_file(settings, "io"), str(io_file)))
     configuration = config_files.read_configuration(options.config, settings=settings)
+    with prefix_errors(str(io_file)):
+        actuators_of(io, config_files.vehicle(configuration).fins)
     return at_desk(io, options.lines) if options.lines else io, configuration

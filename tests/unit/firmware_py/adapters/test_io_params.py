@@ -122,13 +122,13 @@ def test_one_driver_of_each_actuator_is_fitted() -> None:
         ({"canopen": ON_DRIVES, "dynamixel": ON_LINE}, "dynamixel.fins: there are [[canopen.fins]] too; all fins have"),
         (
             {"fins": [*SERVOS, SERVOS[0] | {"id": 9, "node": 40}]},
-            "fins of the io file: port: stands there twice; a fin has one driver",
+            "fins: port: stands there twice; a fin has one driver",
         ),
         (
             {"canopen": {"fins": [*ON_DRIVES["fins"], ON_DRIVES["fins"][0] | {"node": 40}]}},
-            "canopen.fins of the io file: port: stands",
+            "canopen.fins: port: stands",
         ),
-        ({"dynamixel": ON_LINE | {"fins": [*SERVOS, SERVOS[0] | {"id": 9}]}}, "fins of the io file: port: stands"),
+        ({"dynamixel": ON_LINE | {"fins": [*SERVOS, SERVOS[0] | {"id": 9}]}}, "fins: port: stands"),
         ({"fins": [SERVOS[0] | {"priority": 2}]}, "fins[0]: priority is unknown; known here: "),
         ({"propeller": {"priority": 2}}, "propeller: priority is unknown; known here: "),
         ({"propeller": [{"index": 0}, {"index": 1}]}, "propeller must be a table"),
