@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import re
 import socket
 
 Address = tuple[str, int]
@@ -13,6 +14,19 @@ _CONNECTING, _CONNECTED = (errno.EINPROGRESS, errno.EALREADY, errno.EAGAIN), (0,
 """Errors of a repeated connect: still connecting, and connected."""
 _DEAD_AFTER_MS = 10_000
 """A peer that acknowledges nothing for so long is disconnected."""
+_PORT = re.compile(r"tcp:([^:\[\]]+):(\d{1,5})")
+
+
+def address_of(port: str) -> Address:
+    """Return the address in "tcp:HOST:PORT".
+
+    Raises:
+        ValueError: it has another form.
+    """
+    found = _PORT.fullmatch(port)
+    if found is None or not 0 < int(found[2]) < 65536:
+        raise ValueError("must be tcp:HOST:PORT, such as tcp:192.168.194.95:16171")
+    return found[1], int(found[2])
 
 
 class TcpDial:

@@ -10,8 +10,9 @@ from typing import NamedTuple, Protocol
 
 from firmware_py.adapters.drivers.instrument_table import I2C_SENSORS, INSTRUMENTS
 from firmware_py.adapters.drivers.mounting import STRAIGHT, Mounting
+from firmware_py.adapters.tcp_dial import address_of
 from firmware_py.error_text import probably, quoted
-from firmware_py.params import ParamError, param
+from firmware_py.params import ParamError, param, prefix_errors
 from firmware_py.records.sensing import MOST_CANDIDATES, NODE_OF, ROLES, candidate_name
 
 DRONECAN = "dronecan"
@@ -28,10 +29,10 @@ _TURNED = ("ahrs", "dvl")
 
 
 def refuse_port(key: str, port: str) -> None:
-    """Refuse the name of a line that would be waited for as a serial device that never comes.
+    """Refuse the name of a line that would be waited for as a device that never comes.
 
     Raises:
-        ParamError: the name of a TCP port in another form, a URL, or no name.
+        ParamError: the name of a TCP port in another form, one without host or port, a URL, or no name.
     """
     if port != port.strip() or not port.isprintable():
         raise ParamError(f"{key}port = {quoted(port)}: must be a name without blanks around it")
@@ -41,6 +42,9 @@ def refuse_port(key: str, port: str) -> None:
         raise ParamError(f"{key}port = {quoted(port)}: of a TCP port write tcp:{port}")
     if "://" in port:
         raise ParamError(f"{key}port = {quoted(port)}: must be a serial device, or tcp:HOST:PORT")
+    if port.startswith("tcp:"):
+        with prefix_errors(f"{key}port = {quoted(port)}"):
+            address_of(port)
 
 
 def line_of(port: str) -> str:

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import contextlib
-import re
 import socket
 import time
 
 from firmware_py.adapters.buses.can_bus import BusError
 from firmware_py.adapters.drivers.serial_port import BYTES_PER_TICK
-from firmware_py.adapters.tcp_dial import TcpDial, prepare
+from firmware_py.adapters.tcp_dial import TcpDial, address_of, prepare
 from firmware_py.error_text import quoted
 
 START_S = 1.0
 """So long a connection is waited for at the start, s."""
-_PORT = re.compile(r"tcp:([^:\[\]]+):(\d{1,5})")
 _KEEPALIVE = {socket.TCP_KEEPIDLE: 2, socket.TCP_KEEPINTVL: 1}
 """A device that is silent for 2 s is asked every second whether it is there: a plug that was pulled tells nothing."""
 
@@ -40,12 +38,13 @@ class TcpStream:
         self._peer: socket.socket | None = None
         self._breaks = self._not_sent = 0
         self.missing, self.openings = "", 0
-        found = _PORT.fullmatch(port)
-        if found is None or not 0 < int(found[2]) < 65536:
-            raise BusError(f"{device}: port {quoted(port)}: must be tcp:HOST:PORT, such as tcp:192.168.194.95:16171")
+        try:
+            address = address_of(port)
+        except ValueError as error:
+            raise BusError(f"{device}: port {quoted(port)}: {error}") from None
         self._dial: TcpDial | None = None
         try:
-            self._dial = TcpDial((found[1], int(found[2])))
+            self._dial = TcpDial(address)
         except (OSError, UnicodeError) as error:
             text = "there is no such host; give its address in numbers, or look at the network"
             self.missing = f"{device}: port {quoted(port)} cannot be opened: {text}"

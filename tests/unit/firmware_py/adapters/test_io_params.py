@@ -64,6 +64,10 @@ def test_devices_of_a_role_are_in_the_order_of_their_priority_however_they_are_w
     [
         ([LINE | {"driver": "watrlink"}], "instruments[0]: driver = 'watrlink' is unknown; did you mean waterlink?"),
         ([LINE | {"port": "127.0.0.1:16171"}], "of a TCP port write tcp:127.0.0.1:16171"),
+        *(
+            ([LINE | {"port": port}], f"port = '{port}': must be tcp:HOST:PORT, such as tcp:")
+            for port in ("tcp:192.168.1.5", "tcp:host", "tcp::80", "tcp:host:0", "tcp:host:65536", "tcp:[::1]:80")
+        ),
         ([LINE | {"port": "TCP:127.0.0.1:16171"}], "write tcp: in small letters"),
         ([LINE | {"port": " /dev/ttyUSB0"}], "must be a name without blanks around it"),
         ([LINE | {"port": "\n"}], "must be a name without blanks around it"),
