@@ -50,7 +50,7 @@ def test_every_role_of_a_whole_vehicle_is_heard_fresh_with_its_value(plant: Plan
     found = checked(plant, "--dvl", plant.dvl)
     roles = {one["role"]: one for one in found["roles"]}
     assert found["passed"]
-    assert found["missing"] == []
+    assert (found["missing"], found["refusals"], found["lost"]) == ([], [], [])
     assert {one["state"] for one in roles.values()} == {"fresh"}
     assert {"ahrs", "dvl", "pressure", "altitude", "fix", "n", "battery", "leak", "fin rudder_upper"} < set(roles)
     assert roles["pressure"]["value"] == pytest.approx(101_400.0, abs=1000.0)
@@ -82,6 +82,19 @@ def test_what_is_missing_is_named_with_its_remedy(plant: Plant) -> None:
     assert roles["fin stern_port"]["state"] == "fresh"
     assert "fix" not in told
     assert (roles["fix"]["state"], roles["fix"]["needed"]) == ("silent", False)
+
+
+def test_values_with_which_the_autopilot_would_not_be_armed_are_told_of_roles_that_are_needed(tmp_path: Path) -> None:
+    with started(tmp_path, "--fault", "set:leak=100@0", "--fault", "set:battery=12@0") as plant:
+        found = checked(plant, "--dvl", plant.dvl, status=1)
+        assert sorted(found["refusals"]) == [
+            "battery: arming would be refused: battery at 12%, needs 20%",
+            "leak: arming would be refused: water in the hull",
+        ]
+        assert (found["passed"], found["missing"]) == (False, [])
+        enough = ("--set", "autopilot.safety.battery_arm=12")
+        found = checked(plant, "--dvl", plant.dvl, "--without", "leak", *enough)
+        assert (found["passed"], found["refusals"]) == (True, [])
 
 
 def test_two_ids_that_are_swapped_are_named(plant: Plant) -> None:

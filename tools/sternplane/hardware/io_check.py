@@ -9,17 +9,19 @@ from typing import Any
 
 from firmware_py import config_files
 from firmware_py.adapters.buses.frame_id import STANDARD
-from firmware_py.adapters.fitting import places_of
+from firmware_py.adapters.fitting import places_of, shared_nodes
 from firmware_py.adapters.realtime_schedule import RealTimeSchedule
+from firmware_py.records.sensing import SensorFrame
 from firmware_py.run.interrupt import interruptible
 from firmware_py.run.usage_error import UsageError
-from firmware_py.tick import step_ns
+from firmware_py.tick import Tick, step_ns
 from sternplane.hardware.bus_nodes import BusNodes
 from sternplane.hardware.fitted_vehicle import FittedVehicle, Place, fitted_vehicle, places_by_role
 from sternplane.hardware.heard_roles import HeardRole, HeardRoles, State
 from sternplane.hardware.output import BAD, DOUBTFUL, GOOD, PLAIN, Row, Sheet, console, live, show, show_json
 from sternplane.hardware.read_files import read_files
 from sternplane.hardware.readable import readable
+from sternplane.hardware.readiness import Readiness
 from sternplane.hardware.remedies import Remedies
 from sternplane.hardware.traffic import Traffic
 
@@ -37,10 +39,14 @@ class Check:
         known: the roles that a device measures.
         own_id: the autopilot's node id.
         without: roles that need not be heard.
+        readiness: what the autopilot makes of it.
     """
 
-    def __init__(self, fins: Sequence[str], known: Collection[str], own_id: int, without: Sequence[str]) -> None:
+    def __init__(
+        self, fins: Sequence[str], known: Collection[str], own_id: int, without: Sequence[str], readiness: Readiness
+    ) -> None:
         self.roles, self.traffic, self.nodes = HeardRoles(fins, known), Traffic(), BusNodes()
+        self._readiness = readiness
         self._own_id, self._without = own_id, (*_OPTIONAL, *without)
 
     def see(self, can_id: int, data: bytes, t: float) -> None:
@@ -49,13 +55,33 @@ class Check:
         if not can_id & STANDARD:
             self.nodes.hear(can_id, data, t)
 
+    def update(self, tick: Tick, frame: SensorFrame) -> None:
+        """Take what a tick brought."""
+        self.roles.update(frame, tick.t)
+        self._readiness.update(tick, frame)
+
     def needed(self) -> list[str]:
         """Return the roles that must be heard."""
         return [role for role in self.roles.roles() if role not in self._without]
 
     def passed(self) -> bool:
-        """Return whether each of these is heard, fresh and sound."""
-        return all(self.roles.state(role) is State.FRESH for role in self.needed())
+        """Return whether each of these is heard, fresh and sound, and such that the autopilot could be armed."""
+        return all(self.roles.state(role) is State.FRESH for role in self.needed()) and not self.refusals()
+
+    def refusals(self) -> list[str]:
+        """Return what would keep the autopilot from being armed, of roles that must be heard, and are."""
+        heard = [role for role in self.needed() if self.roles.state(role) is State.FRESH]
+        return [f"{role}: {why}" for role, why in self._readiness.refusals() if role in heard]
+
+    def lost(self, vehicle: FittedVehicle) -> list[str]:
+        """Return what was lost on the way from nodes, as the gaps between their transfer ids say."""
+        losses = vehicle.hardware.losses()
+        told: dict[str, str] = {}
+        for name, place in vehicle.places.items():
+            if place.node and (missed := losses.get(f"{place.name}_missed", 0)):
+                sent = missed + self.traffic.count(place.node)
+                told.setdefault(place.name, f"{name}: of {sent} messages of node {place.node}, {missed} did not come")
+        return [f"{text}: the bus, its load, or this computer?" for text in told.values()]
 
     def missing(self, vehicle: FittedVehicle) -> list[str]:
         """Return what is missing, in sentences."""
@@ -89,6 +115,8 @@ class Check:
             "seconds": self.roles.t,
             "roles": roles,
             "missing": self.missing(vehicle),
+            "refusals": self.refusals(),
+            "lost": self.lost(vehicle),
             "nodes": {node: self.nodes.name(node) for node in self.nodes.t_heard},
             "losses": {cause: count for cause, count in losses.items() if count},
         }
@@ -117,7 +145,7 @@ class Check:
 
 
 def command(options: argparse.Namespace) -> int:
-    """Listen to the devices of an io file; return 0 if every one that is needed is heard, fresh and sound."""
+    """Listen to the devices of an io file; return 0 if all that are needed are heard and sound."""
     io, configuration = read_files(options, options.io)
     fins, params = config_files.vehicle(configuration).fins, config_files.autopilot_params(configuration)
     rate, spec, out = params.rate, options.bus or io.can.bus, console()
@@ -127,12 +155,13 @@ def command(options: argparse.Namespace) -> int:
     _refuse_unknown(without, known)
     if not params.safety.fin_needed:
         without += [role for role in known if role.startswith("fin ")]
-    check = Check([fin.name for fin in fins], known, io.can.node_id, without)
+    readiness = Readiness({**configuration, **shared_nodes(io, fins)})
+    check = Check([fin.name for fin in fins], known, io.can.node_id, without, readiness)
     with fitted_vehicle(io, fins, spec, check.see, ports) as vehicle:
         with interruptible() as interrupted, live(out, lambda: [check.sheet(vehicle)], not options.json) as draw:
             ticks = round(options.seconds * rate)
             for tick in RealTimeSchedule(step_ns(rate), lambda k: k <= ticks and not interrupted):
-                check.roles.update(vehicle.hardware.read(tick), tick.t)
+                check.update(tick, vehicle.hardware.read(tick))
                 vehicle.hardware.ask(tick)
                 if tick.k % 10 == 0:
                     draw()
@@ -140,9 +169,9 @@ def command(options: argparse.Namespace) -> int:
         if options.json:
             show_json(out, check.found(vehicle))
         else:
-            missing = check.missing(vehicle)
+            wrong = [*check.missing(vehicle), *check.refusals(), *check.lost(vehicle)]
             passed = "every device is heard, fresh and sound" if check.passed() else ""
-            show(out, [check.sheet(vehicle)], missing or [passed])
+            show(out, [check.sheet(vehicle)], wrong or [passed])
     return 0 if check.passed() else 1
 
 

@@ -6,7 +6,7 @@ from collections import Counter, deque
 from typing import Any, NamedTuple
 
 from firmware_py.adapters.buses.frame_id import STANDARD
-from firmware_py.wire.dronecan.message_table import TransferKind
+from firmware_py.wire.dronecan.message_table import NODE_STATUS, TransferKind
 from firmware_py.wire.dronecan.transfer import TIMEOUT
 from sternplane.hardware.canopen_text import canopen_text
 from sternplane.hardware.messages import MessageReader, Port, fields_text, port_of
@@ -127,6 +127,14 @@ class Traffic:
         streams = self.of_node(node).items()
         found = [s.rate(t) for part, s in streams if part.port == wanted and number in (-1, part.number)]
         return max(found, default=0.0)
+
+    def count(self, node: int) -> int:
+        """Return how many messages a node has sent, but for its NodeStatus."""
+        return sum(
+            stream.count
+            for part, stream in self.of_node(node).items()
+            if part.port.kind is TransferKind.MESSAGE and part.port.data_type_id != NODE_STATUS.data_type_id
+        )
 
     def _stream(self, port: Port, record: Any = None) -> Stream:
         numbers = (getattr(record, name) for name in _NUMBERS if hasattr(record, name))
