@@ -168,6 +168,13 @@ def test_who_leads_drives_or_servos_besides_is_found_in_the_counts_of_their_driv
             {"stern_port_impossible_angles": 3},
             "counts_per_turn or zero_deg in [[canopen",
         ),
+        ("canopen", "[[canopen.fins]]", {"stern_port_start_ups_failed": 2}, "it does not answer, or no longer"),
+        (
+            "canopen",
+            "[[canopen.fins]]",
+            {"stern_port_start_ups_failed_0x6081": 2},
+            "answers, but cannot be set up (start_ups_failed_0x6081)",
+        ),
         ("servos", "[[fins]]", {"stern_port_impossible_angles": 3, "rudder_upper_refused": 1}, "report, scale or zero"),
         ("servos", "[[fins]]", {"stern_port_impossible_angles": 0, "stern_port_timeouts": 4}, ""),
     ],

@@ -48,6 +48,8 @@ def why_not_believed(fin: str, losses: Mapping[str, int], table: FinTable) -> st
     if counted.get("impossible_angles"):
         scales = "counts_per_turn" if table is _DRIVES else "report, scale" if table is HUB else "scale"
         return f"it reports angles that no fin can have: {scales} or zero_deg in {table.name}, or it counts otherwise"
-    if counted.get("set_ups_failed") or counted.get("start_ups_failed"):
+    if counted.get("start_ups_failed"):
+        return f"it does not answer, or no longer: its supply, its cable? See {table.which} in {table.name}"
+    if counted.get("set_ups_failed") or any(cause.startswith("start_ups_failed_0x") for cause in counted):
         return f"its servo answers, but cannot be set up ({', '.join(sorted(counted))}): see {table.name}"
     return ""

@@ -26,7 +26,8 @@ def sheet(sweep: Sweep, fins: Sequence[Fin]) -> Sheet:
         error = max((abs(step.after[fin] - step.target) for step in steps), default=math.nan)
         late = max((step.lag for step in steps if step.lag == step.lag), default=math.nan)
         speed = max((step.speed for step in steps if step.speed == step.speed), default=math.nan)
-        numbers = (f"{_deg(widest.target)}", f"{_deg(widest.after[fin])}", _deg(error), _unit(late, "s", 2))
+        reported = math.nan if judgement.verdict is Verdict.UNHEARD else widest.after[fin]
+        numbers = (_deg(widest.target), _deg(reported), _deg(error), _unit(late, "s", 2))
         turning = _unit(math.degrees(speed), "°/s", 0)
         rows.append(Row((fins[fin].name, judgement.verdict.value, *numbers, turning, trailing_edge(fins[fin])), look))
     return Sheet("", titles, rows)
