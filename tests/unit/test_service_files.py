@@ -124,3 +124,10 @@ def test_the_vehicles_requirements_draw_nothing_and_are_those_that_were_tested()
     project = tomllib.loads((folder.parents[1] / "pyproject.toml").read_text())["project"]
     assert {line.partition(">")[0] for line in project["dependencies"]} <= names
     assert aboard.count("--hash=sha256:") > len(names)
+
+
+def test_what_the_page_copies_lies_where_it_says() -> None:
+    page = (configs() / "vehicle.md").read_text()
+    aboard = r"^    cp /opt/sternplane/lib/python3\*/site-packages/firmware_py/configs/(\S+) /etc/"
+    copied = {configs() / name for name in re.findall(aboard, page, re.MULTILINE)}
+    assert copied == {*UNITS, *RULES}
