@@ -138,6 +138,7 @@ def load(cls: type[T], table: Mapping[str, Any], where: str) -> T:
 
     Args:
         cls: a dataclass whose fields are parameters, nested dataclasses, tuples of them, enums, str, bool, int, float.
+            Its `ELSEWHERE`, if it has one, says of keys that are looked for here where they belong.
         table: what `tomllib` read.
         where: file and path of the table in it, for error texts.
 
@@ -148,7 +149,8 @@ def load(cls: type[T], table: Mapping[str, Any], where: str) -> T:
     fields = {toml_key(f): f for f in dataclasses.fields(cls)}  # type: ignore[arg-type]
     for key in table:
         if key not in fields:
-            raise ParamError(unknown_key_text(where, key, fields))
+            elsewhere = getattr(cls, "ELSEWHERE", {}).get(key)
+            raise ParamError(f"{where}: {key} {elsewhere}" if elsewhere else unknown_key_text(where, key, fields))
     values: dict[str, Any] = {}
     for key, field in fields.items():
         if key in table:

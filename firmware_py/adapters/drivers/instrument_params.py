@@ -6,10 +6,10 @@ import posixpath
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol
+from typing import ClassVar, NamedTuple, Protocol
 
 from firmware_py.adapters.drivers.instrument_table import I2C_SENSORS, INSTRUMENTS
-from firmware_py.adapters.drivers.mounting import STRAIGHT, Mounting
+from firmware_py.adapters.drivers.mounting import LEVER_ARMS, STRAIGHT, Mounting
 from firmware_py.adapters.tcp_dial import address_of
 from firmware_py.error_text import probably, quoted
 from firmware_py.params import ParamError, param, prefix_errors
@@ -61,6 +61,8 @@ class InstrumentParams:
     Raises:
         ParamError: an unknown driver or role, or a key that this driver needs or does not have.
     """
+
+    ELSEWHERE: ClassVar[Mapping[str, str]] = LEVER_ARMS
 
     driver: str = param(doc=f'Its protocol: {", ".join(_ROLES)}; or "{DRONECAN}": a node of the bus.')
     port: str = param(

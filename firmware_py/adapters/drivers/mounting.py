@@ -6,8 +6,9 @@ the origin, see `estimation/lever_arms.py`. An instrument that sits straight is 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 from firmware_py.adapters.drivers.attitude import product
 from firmware_py.adapters.drivers.driver import Reading
@@ -15,10 +16,19 @@ from firmware_py.marine import body_to_ned, euler_from_quaternion, quaternion_fr
 from firmware_py.params import param
 from firmware_py.records.sensing import Ahrs, Dvl, Heard
 
+LEVER_ARMS: Mapping[str, str] = dict.fromkeys(
+    ("at", "at_m", "x_m", "y_m", "z_m", "x", "y", "z"),
+    "is no key of an io file: lever arms stand in [sensors] of vehicle.toml, as dvl_m, and those of a simulated "
+    "vehicle in sensors.toml, as at_m",
+)
+"""Where lever arms belong, by the keys under which they are looked for beside the mounting."""
+
 
 @dataclass(frozen=True, slots=True)
 class Mounting:
     """The attitude of an instrument in the body, turned yaw first, then pitch, then roll; and what north it knows."""
+
+    ELSEWHERE: ClassVar[Mapping[str, str]] = LEVER_ARMS
 
     roll: float = param(0.0, unit="deg", low=-180.0, high=180.0, doc="About the body's x axis; 180 is upside down.")
     pitch: float = param(0.0, unit="deg", low=-90.0, high=90.0, doc="Positive where the instrument's x axis looks up.")

@@ -106,7 +106,11 @@ depth_m = 12.0
 FILES: tuple[tuple[str, type[Any], str], ...] = (
     ("autopilot.toml", AutopilotParams, "The autopilot."),
     ("vehicle.toml", Vehicle, "The autopilot's model of its vehicle."),
-    ("io_*.toml", IoParams, "Node ids, ports, latencies and real-time options."),
+    (
+        "io_*.toml",
+        IoParams,
+        "Node ids, ports, latencies and real-time options. Lever arms are in `[sensors]` of vehicle.toml.",
+    ),
     ("mission.toml", MissionParams, "The mission of a vehicle without a ground station. Optional."),
     (
         "truth.toml",

@@ -89,6 +89,11 @@ def test_devices_of_a_role_are_in_the_order_of_their_priority_however_they_are_w
         ),
         ([LINE | {"priority": i} for i in range(1, 6)], "instruments: 5 devices measure dvl; 4 are the most"),
         ([CHIP, CHIP | {"port": "i2c:01", "priority": 3}], "instruments[1]: port = 'i2c:01': write i2c:1"),
+        (
+            [LINE | {"at_m": [0.1, 0.0, 0.2]}],
+            "instruments[0]: at_m is no key of an io file: lever arms stand in [sensors]",
+        ),
+        ([LINE | {"mounting": {"x_m": 0.1}}], "mounting: x_m is no key of an io file: lever arms stand in"),
         ([LINE | {"prt": "x"}], "instruments[0]: prt is unknown; did you mean port?"),
     ],
 )
