@@ -33,11 +33,13 @@ class Device:
         truths: three different measurements of its role.
         extremes: the largest and smallest ones that it can tell.
         encode: the bytes of a measurement, stamped with the time of the device's own clock, s.
-        corrupt: the same bytes with what its checksum, or else its form, tells to be wrong.
+        corrupt: the same bytes with what its checksum alone tells to be wrong, their form left as it is: a digit or a
+            number that is another one. Without a checksum, with what their form tells.
         doubtful: measurements that the device does not vouch for, as bytes.
         tolerance: of what it tells, in the units of the role: of all its numbers, or of each.
         delay: by how much a measurement is older than its arrival, as the device tells, s.
         clocked: it tells the time of its own clock.
+        summed: what it sends has a checksum.
         family: devices of one family understand one another.
     """
 
@@ -51,6 +53,7 @@ class Device:
     tolerance: float | tuple[float, ...] = 1e-6
     delay: Callable[[Any], float] = field(default=lambda _: 0.0)
     clocked: bool = False
+    summed: bool = True
     family: str = ""
 
     def __str__(self) -> str:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import inspect
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from firmware_py.adapters.drivers.instrument_table import INSTRUMENTS
 from firmware_py.records.sensing import SensorFrame
+from firmware_py.wire.serial.stream import Lines, SentenceError
 
 from .device import Device
 from .driver_bench import Bench
@@ -57,6 +60,25 @@ def test_every_instrument_of_the_table_has_a_device():
     assert {name for name in DEVICES if name != "toy"} == INSTRUMENTS.keys()
     assert all(INSTRUMENTS[name] is device.instrument for name, device in DEVICES.items() if name != "toy")
     assert all(device.name == name for name, device in DEVICES.items())
+
+
+def deaf_to_sums(line: bytes) -> int:
+    value = line.split(b" ")[1]
+    if not value.isdigit():
+        raise SentenceError("not a number")
+    return int(value)
+
+
+@pytest.mark.parametrize("old", [b"1", b"x"], ids=["another digit", "no number"])
+def test_a_driver_that_ignores_the_checksum_is_found_out(tmp_path, old):
+    """Also where `corrupt` breaks the form."""
+    toy = DEVICES["toy"]
+    deaf = toy.instrument._replace(decoder=lambda: Lines(deaf_to_sums, 40))
+    bench = Bench(
+        replace(toy, instrument=deaf, corrupt=lambda content: content.replace(b"0", old, 1)), WIRES["pty"], tmp_path
+    )
+    with contextlib.closing(bench), pytest.raises(AssertionError):
+        TestDrivers().test_checksum(bench)
 
 
 def test_no_case_is_left_out(record_property):

@@ -45,4 +45,5 @@ DEVICE = Device(
     tolerance=6e-4,
     clocked=True,
     family="pd6",
+    summed=False,
 )

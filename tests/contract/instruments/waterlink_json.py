@@ -46,4 +46,5 @@ DEVICE = Device(
         encode(VELOCITIES[0], 1.0, time_of_validity=9_000_000, time_of_transmission=0),
     ),
     delay=lambda _: AGE,
+    summed=False,
 )
