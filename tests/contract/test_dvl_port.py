@@ -242,6 +242,13 @@ def test_a_port_that_is_not_there_says_who_brings_it(tmp_path):
         DvlLine(str(tmp_path / "dvl"))
 
 
+def test_of_a_real_device_no_plant_is_spoken_of_and_what_is_none_is_told_so():
+    with pytest.raises(BusError, match=r"there is no such device; .*by-id\)\?$"):
+        DvlLine("/dev/ttyNone7")
+    with pytest.raises(BusError, match=r"cannot be opened: it is no serial device$"):
+        DvlLine("/dev/null")
+
+
 def test_a_name_that_a_dead_vehicle_left_says_who_brings_another(tmp_path):
     name = tmp_path / "dvl"
     device, reader = os.openpty()

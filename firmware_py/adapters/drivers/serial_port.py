@@ -7,6 +7,7 @@ import errno
 import fcntl
 import os
 import struct
+import termios
 from typing import Any
 
 import serial
@@ -27,18 +28,27 @@ _NOT_YET = (errno.ENOENT, errno.ENODEV, errno.ENXIO, errno.EIO, errno.EAGAIN, er
 """Errors that pass: at boot a modem manager tries ports, and udev gives one to its group when it is there already."""
 _SIMULATED = "a simulated plant makes its own: start it first, sternplane plant"
 _WHY = {
-    errno.ENOENT: f"there is no such device; is it plugged in, its name right (ls -l /dev/serial/by-id)? {_SIMULATED}",
-    errno.EIO: f"its other end is closed; {_SIMULATED}",
-    errno.EAGAIN: f"another program has it; end that one, or give another port; {_SIMULATED}",
+    errno.ENOENT: "there is no such device; is it plugged in, its name right (ls -l /dev/serial/by-id)?",
+    errno.EIO: "its other end is closed",
+    errno.EAGAIN: "another program has it; end that one, or give another port",
     errno.EBUSY: "another program has it; end that one, or give another port",
     errno.EACCES: "no permission; ask for it, or give another port",
+    errno.ENOTTY: "it is no serial device",
 }
+_GONE = (errno.ENOENT, errno.EIO, errno.EAGAIN)
 """EAGAIN also results from the name of an ended simulation whose terminal belongs to another program by now."""
 
 
-def _why(error: Exception) -> str:
+def _why(error: Exception, port: str) -> str:
     number: int = getattr(error, "errno", None) or 0
-    return _WHY.get(number) or (os.strerror(number) if number else str(error))
+    if not number and isinstance(error.__context__, termios.error):  # pyserial has it in its text alone
+        number = error.__context__.args[0]
+    why = _WHY.get(number) or (os.strerror(number) if number else str(error))
+    if number not in _GONE:
+        return why
+    place = os.path.realpath(port)
+    real = place.startswith("/dev/") and not place.startswith("/dev/pts/")  # no plant puts a name there
+    return why if real else f"{why}; {_SIMULATED}"
 
 
 class SerialPort:
@@ -68,7 +78,7 @@ class SerialPort:
         try:
             self._open()
         except (OSError, ValueError) as error:
-            text = f"{device}: port {quoted(port)} cannot be opened: {_why(error)}"
+            text = f"{device}: port {quoted(port)} cannot be opened: {_why(error, port)}"
             if not (absent and port) or getattr(error, "errno", None) not in _NOT_YET:
                 raise BusError(text) from None
             self.missing = text

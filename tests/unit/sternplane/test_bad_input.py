@@ -106,6 +106,12 @@ def test_a_path_that_no_file_can_have_is_one_line(words: tuple[str, ...], path: 
     assert sorted(one.name for one in tmp_path.iterdir()) == ["file", "loop"]
 
 
+def test_serial_sniff_takes_serial_devices_alone(tmp_path: Path) -> None:
+    done = called("serial", "sniff", "tcp:127.0.0.1:9", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "sternplane: serial sniff tcp:127.0.0.1:9: listens on serial devices alone" in done.stderr
+
+
 @pytest.mark.parametrize(
     ("settings", "words"),
     [

@@ -69,6 +69,8 @@ def command(options: argparse.Namespace) -> int:
 
 def _listen(port: str, baud: int, seconds: float) -> Heard:
     recognition = Recognition()
+    if port.startswith(("tcp:", "i2c:")):
+        raise UsageError(f"serial sniff {port}: listens on serial devices alone; `io check` opens what an io file has")
     if not 50 <= baud <= 12_000_000:
         raise UsageError(f"--baud {baud}: must be in [50, 12000000]")
     with contextlib.closing(SerialPort("serial", port, baud)) as line:

@@ -134,7 +134,7 @@ def run(flight: Flight, places: Sequence[str], out: Path | None, wait: float, co
             second,
         )
         interrupted = stack.enter_context(interruptible())
-        on_lines = [f"{_CALLED.get(device.role, device.name)} on {port_of[device.name]}" for device in wired.on_lines]
+        on_lines = [f"{_CALLED.get(device.name, device.name)} on {port_of[device.name]}" for device in wired.on_lines]
         console.print(", ".join([f"plant on {spec}", *(on_lines or ["nothing on lines"])]))
         if wait and not free:
             console.print(f"waiting for a vehicle in lockstep: sternplane fly --bus {spec} --pace bus")
