@@ -193,6 +193,12 @@ def test_an_adapter_that_is_plugged_in_later_is_waited_for(adapter, monkeypatch,
         bus.close()
 
 
+def test_an_slcan_port_that_is_not_there_is_told_in_words(tmp_path):
+    with pytest.raises(can.CanInitializationError) as caught:
+        PythonCanBus(f"slcan:{tmp_path}/none@500000", standard=True)
+    assert str(caught.value) == f"slcan: {tmp_path}/none: there is no such device; is it plugged in?"
+
+
 @pytest.mark.parametrize("place", ["nosuch:0", "slcan:/dev/x@fast", "kvaser:0@500000"])
 def test_what_no_plug_will_mend_is_an_error_at_once(place):
     with pytest.raises(BusError):

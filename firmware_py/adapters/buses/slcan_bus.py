@@ -45,7 +45,14 @@ class SlcanBus(slcanBus):
         self._frames: deque[can.Message] = deque()
         self.losses: dict[str, int] = {}
         self._line = select.poll()
-        super().__init__(channel, bitrate=bitrate, sleep_after_open=0.0, timeout=0.0)
+        try:
+            super().__init__(channel, bitrate=bitrate, sleep_after_open=0.0, timeout=0.0)
+        except can.CanInitializationError as error:
+            number = getattr(error.__cause__, "errno", None)
+            if number is None:
+                raise
+            why = "there is no such device; is it plugged in?" if number == errno.ENOENT else os.strerror(number)
+            raise can.CanInitializationError(f"{channel}: {why}") from error
         self._line.register(self.fileno(), 0)
 
     def fileno(self) -> int:

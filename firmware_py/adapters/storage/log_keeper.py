@@ -149,7 +149,8 @@ def _bound(root: Path, written: list[Path], total: float, free: float) -> None:
         _say(f"old logs below {root} cannot be removed ({error.strerror})")
         return
     if removed:
-        _say(f"{len(removed)} old logs removed to make room, up to {removed[-1].path}")
+        logs = "1 old log" if len(removed) == 1 else f"{len(removed)} old logs"
+        _say(f"{logs} removed to make room, up to {removed[-1].path}")
     if left < free:
         _say(f"{root}: {left / 1e6:.0f} MB are free and no old logs are left to remove; make room")
 

@@ -105,6 +105,19 @@ def test_the_child_makes_room_says_so_and_ends_with_its_flight(root: Path) -> No
     keeper.close()
 
 
+def test_a_single_log_that_was_removed_is_told_as_one(root: Path) -> None:
+    own = root / "00011-20260101-000000" / "log.mcap"
+    keeper = LogKeeper(root, LogParams(total_size=4.0 * SIZE, part_size=SIZE, free_size=0.0))
+    keeper.written(own)
+    said: list[str] = []
+    end = time.monotonic() + 30.0
+    while not said and time.monotonic() < end:
+        said += keeper.said()
+        time.sleep(0.01)
+    keeper.close()
+    assert said[0].startswith("1 old log removed to make room, up to ")
+
+
 def test_a_log_that_is_gone_is_told_and_the_child_goes_on(tmp_path: Path) -> None:
     keeper = LogKeeper(None, LogParams())
     keeper.written(tmp_path / "gone.mcap")
