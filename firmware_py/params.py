@@ -138,7 +138,6 @@ def load(cls: type[T], table: Mapping[str, Any], where: str) -> T:
 
     Args:
         cls: a dataclass whose fields are parameters, nested dataclasses, tuples of them, enums, str, bool, int, float.
-            Its `ELSEWHERE`, if it has one, says of keys that are looked for here where they belong.
         table: what `tomllib` read.
         where: file and path of the table in it, for error texts.
 
@@ -149,8 +148,8 @@ def load(cls: type[T], table: Mapping[str, Any], where: str) -> T:
     fields = {toml_key(f): f for f in dataclasses.fields(cls)}  # type: ignore[arg-type]
     for key in table:
         if key not in fields:
-            elsewhere = getattr(cls, "ELSEWHERE", {}).get(key)
-            raise ParamError(f"{where}: {key} {elsewhere}" if elsewhere else unknown_key_text(where, key, fields))
+            told = getattr(cls, "ELSEWHERE", {}).get(key)  # where it belongs
+            raise ParamError(f"{where}: {key} {told}" if told else unknown_key_text(where, key, fields))
     values: dict[str, Any] = {}
     for key, field in fields.items():
         if key in table:
@@ -292,8 +291,7 @@ def _expected(hint: Any, declaration: Declaration | None) -> str:
 
 def unknown_key_text(where: str, key: str, fields: Mapping[str, dataclasses.Field[Any]]) -> str:
     """Return the error text for a key that is not one of `fields`, with the key that was probably meant."""
-    key = shortened(key)
-    suffixes = sorted((s for s, _ in UNITS.values()), key=len, reverse=True)
+    key, suffixes = shortened(key), sorted((s for s, _ in UNITS.values()), key=len, reverse=True)
     stem = next((key[: -len(s)] for s in suffixes if s and key.endswith(s)), key)
     for right, field in fields.items():
         declaration = declaration_of(field)
