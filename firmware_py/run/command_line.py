@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 
 from firmware_py.foreign_text import visible
 from firmware_py.run.terminal import fitting, say
+from firmware_py.run.version import version_line
 
 BAD = 2
 """The exit status of bad input."""
@@ -62,8 +63,6 @@ def add_version(parser: argparse.ArgumentParser) -> None:
 
 class _Version(argparse.Action):
     def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
-        from firmware_py.run.provenance import version_line  # imports more than a help text needs
-
         print(version_line())
         parser.exit()
 

@@ -5,16 +5,14 @@ from __future__ import annotations
 import hashlib
 import importlib.metadata
 import platform
-import subprocess
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from firmware_py import __version__
-from firmware_py.adapters.installation import ROOT, is_checkout
 from firmware_py.adapters.processor import processor
 from firmware_py.chosen_parts import described
 from firmware_py.own_parts import NO_OWN_PARTS, OwnParts
+from firmware_py.run.version import git_revision
 
 _COMPUTING = ("numpy", "numba", "llvmlite")
 _DISTRIBUTIONS = (*_COMPUTING, "python-can", "pyserial", "pymavlink", "mcap", "zstandard")
@@ -63,30 +61,6 @@ def header(
         "mission": configuration["mission"],
         "configuration": configuration,
     }
-
-
-def git_revision(root: Path = ROOT) -> str:
-    """Return the commit of the sources, with "-dirty" if they were changed since; "unknown" where nothing tells it.
-
-    A checkout is asked by git; an installed package, which lies perhaps in somebody else's repository, has it from its
-    wheel (`tools/build_revision.py`).
-    """
-    if not is_checkout(root):
-        built = root / "firmware_py" / "revision.txt"
-        return built.read_text().strip() if built.is_file() else "unknown"
-    command = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True)
-    except (OSError, subprocess.SubprocessError):
-        return "unknown"
-    return done.stdout.strip() or "unknown"
-
-
-def version_line() -> str:
-    """Return what `--version` prints: the version, and the commit where it is known."""
-    commit = git_revision()
-    known = "" if commit == "unknown" else f", commit {commit.removesuffix('-dirty')}"
-    return f"sternplane {__version__}{known}{', changed since' if commit.endswith('-dirty') else ''}"
 
 
 def _version(distribution: str) -> str:

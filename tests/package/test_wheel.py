@@ -22,7 +22,7 @@ import pytest
 from firmware_py import __version__
 from firmware_py.adapters import kernel_cache
 from firmware_py.adapters.kernel_compile import prepare_kernels
-from firmware_py.run import provenance
+from firmware_py.run import version
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "tools" / "examples"
@@ -196,4 +196,5 @@ def test_the_vehicles_own_program_runs_and_has_the_packages_version(run: Run) ->
     assert helped.returncode == 0, helped.stderr
     assert "--gcs" in helped.stdout
     for module in ("firmware_py", "sternplane.cli.main"):
-        assert run("-m", module, "--version").stdout == f"{provenance.version_line()}\n"
+        done = run("-m", module, "--version")
+        assert (done.stdout, done.stderr) == (f"{version.version_line()}\n", "")

@@ -23,7 +23,7 @@ from firmware_py.records.health import sound
 from firmware_py.records.manoeuvrability import UNLIMITED
 from firmware_py.records.order import Arming, Mode, Order
 from firmware_py.records.sensing import Ahrs, Heard, SensorFrame, silence
-from firmware_py.run import provenance
+from firmware_py.run import provenance, version
 from firmware_py.tick import Tick
 from sim_bridge.truth_sample import TruthSample
 from tests.designs import NOTHING_ADOPTED
@@ -126,7 +126,7 @@ def header(**more: Any) -> dict[str, Any]:
     return {
         "scenario": "toy",
         "seed": 1,
-        "git": provenance.git_revision(),
+        "git": version.git_revision(),
         "machine": provenance.fingerprint(),
         "versions": provenance.versions(),
         "configuration": {"gain": 0.25, "never_heard": -math.inf},

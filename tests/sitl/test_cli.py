@@ -143,7 +143,7 @@ def test_a_bad_configuration_is_one_line_with_file_and_key(
             ("--set", "autopilot.control.own.k=3"),
             ("autopilot.toml with autopilot.control.own.k set: control.own: control.law names no part",),
         ),
-        (("--config", "nowhere"), ("nowhere", "configs/npsauv2")),
+        (("--config", "nowhere"), ("nowhere", "npsauv2, remus100")),
         (("--seed", "-1"), ("--seed -1",)),
         (("--out", "/proc/here"), ("--out /proc/here", "choose another")),
         (("--state", "folder.toml/../mud.toml"), ("mud.toml: is not a folder; choose another",)),

@@ -19,7 +19,7 @@ from firmware_py.records.command import Applied
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Order
 from firmware_py.records.sensing import SensorFrame
-from firmware_py.run import provenance
+from firmware_py.run import provenance, version
 from firmware_py.tick import Tick
 from sternplane.logs.reading import find
 from sternplane.logs.run import Run
@@ -208,7 +208,7 @@ def _cautions(log: Run, differs: str) -> Iterator[str]:
         yield f"the log is {log.lost}"
     if differs:
         yield f"the log is of another machine: {differs}"
-    there, here = log.header.get("git", "unknown"), provenance.git_revision()
+    there, here = log.header.get("git", "unknown"), version.git_revision()
     if there != here:
         yield f"the log was written at revision {there}, this is {here}"
 

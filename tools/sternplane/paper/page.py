@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from firmware_py.run import provenance
+from firmware_py.run import provenance, version
 from sternplane.paper import differences, tables
 from sternplane.paper.control import StepFlight
 from sternplane.paper.design import Comparison
@@ -83,5 +83,5 @@ def _wide(title: str, table: Table) -> Section:
 
 
 def _made_by() -> list[list[str]]:
-    made = {"revision": provenance.git_revision(), **provenance.fingerprint(), **provenance.versions()}
+    made = {"revision": version.git_revision(), **provenance.fingerprint(), **provenance.versions()}
     return rows_of(made.items())

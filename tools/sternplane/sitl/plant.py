@@ -24,7 +24,7 @@ from firmware_py.adapters.lockstep.lockstep_link import LockstepError, LockstepL
 from firmware_py.adapters.realtime_schedule import RealTimeSchedule
 from firmware_py.adapters.storage.recorder import LogWriter
 from firmware_py.adapters.storage.regular_file import FolderError, make_folder
-from firmware_py.run import provenance
+from firmware_py.run import version
 from firmware_py.run.interrupt import interruptible
 from firmware_py.run.terminal import say
 from firmware_py.run.usage_error import UsageError
@@ -225,7 +225,7 @@ def _truth_log(stack: contextlib.ExitStack, flight: Flight, out: Path | None, *,
         return None
     _make_folder(out, "--out")
     request, settings = flight.request, plain_settings(parse_settings(flight.request.settings))
-    git = provenance.git_revision()
+    git = version.git_revision()
     header = {"scenario": request.scenario, "seed": request.seed, "settings": settings, "git": git}
     return stack.enter_context(LogWriter(out / TRUTH_FILE, {**header, "lockstep": lockstep}))
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rich.table import Table
 
-from firmware_py.run import provenance
+from firmware_py.run import version
 from firmware_py.run.run_folders import run_folder
 from sternplane.campaign.files import write
 from sternplane.campaign.seeds import seeds_of
@@ -63,7 +63,7 @@ def run_study(study: Study, options: argparse.Namespace, most: int, takes: Takes
     folder = run_folder(options.out)
     study = study.in_form(options.short)
     refuse_other(folder, FOLDER, settings)
-    kept = KeptRuns(folder, provenance.git_revision())
+    kept = KeptRuns(folder, version.git_revision())
     found = run_all(study.cases, seeds, options.short, kept, PlainConsole(stderr=True), settings)
     with laid(settings):
         results = [case.evaluate(runs) for case, runs in zip(study.cases, found, strict=True)]

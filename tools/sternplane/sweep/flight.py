@@ -68,9 +68,9 @@ def fly_row(job: Job, inputs: Mapping[str, bytes], keep: str | None = None) -> d
 @functools.cache
 def _made_by() -> dict[str, str]:
     """Return which code, and which processor: both decide the bits of a flight."""
-    from firmware_py.run import provenance
+    from firmware_py.run import provenance, version
 
-    return {"revision": provenance.git_revision(), "cpu": provenance.fingerprint()["cpu"]}
+    return {"revision": version.git_revision(), "cpu": provenance.fingerprint()["cpu"]}
 
 
 def died_row(job: Job, why: str) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from pathlib import Path
 from rich.console import Console
 
 from firmware_py.error_text import shortened
-from firmware_py.run import provenance
+from firmware_py.run import version
 from firmware_py.run.run_folders import refuse_impossible, run_folder
 from firmware_py.run.usage_error import UsageError
 from firmware_py.settings import setting_text
@@ -59,7 +59,7 @@ def planned(options: argparse.Namespace, console: Console) -> tuple[Flights, Pat
             raise UsageError(f"{folder}: holds {left[0]} of something else; choose another --out")
         inputs.freeze(files, folder)
         made_by = {"law": law, "samples": flights.digest, "inputs": inputs.digest(files)}
-        made_by |= {"revision": provenance.git_revision()}
+        made_by |= {"revision": version.git_revision()}
         write(folder / PLAN, json.dumps({"plan": plan.plain(), **made_by}, indent=1) + "\n")
         _tell(flights, folder, console)
         return flights, folder, store

@@ -10,7 +10,7 @@ import pytest
 
 from firmware_py import __version__
 from firmware_py.adapters.processor import processor
-from firmware_py.run import provenance
+from firmware_py.run import provenance, version
 from firmware_py.run.command_line import Parser, add_version
 
 
@@ -44,7 +44,7 @@ def test_the_processor_of_x86_and_of_arm(tmp_path: Path, text: str, expected: tu
 
 
 def test_the_revision_of_a_tree_and_its_changes(tmp_path: Path) -> None:
-    assert provenance.git_revision(tmp_path) == "unknown"
+    assert version.git_revision(tmp_path) == "unknown"
 
     def git(*words: str) -> str:
         identity = ["-c", "user.name=t", "-c", "user.email=t@t", "-c", "commit.gpgsign=false", "-c", "core.hooksPath="]
@@ -52,24 +52,24 @@ def test_the_revision_of_a_tree_and_its_changes(tmp_path: Path) -> None:
         return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
 
     git("init", "-q")
-    assert provenance.git_revision(tmp_path) == "unknown"
+    assert version.git_revision(tmp_path) == "unknown"
     (tmp_path / "a").write_text("1")
     (tmp_path / "pyproject.toml").touch()  # what makes it a checkout
     git("add", ".")
     git("commit", "-qm", "first")
     git("tag", "-am", "named", "v1")
     commit = git("rev-parse", "HEAD")
-    assert provenance.git_revision(tmp_path) == commit
+    assert version.git_revision(tmp_path) == commit
     (tmp_path / "a").write_text("2")
-    assert provenance.git_revision(tmp_path) == f"{commit}-dirty"
+    assert version.git_revision(tmp_path) == f"{commit}-dirty"
     (tmp_path / "pyproject.toml").unlink()  # a package that is installed inside somebody else's repository
-    assert provenance.git_revision(tmp_path) == "unknown"
+    assert version.git_revision(tmp_path) == "unknown"
 
 
 def test_an_installed_package_has_its_revision_from_its_wheel(tmp_path: Path) -> None:
     (tmp_path / "firmware_py").mkdir()
     (tmp_path / "firmware_py" / "revision.txt").write_text("0123abc-dirty\n")
-    assert provenance.git_revision(tmp_path) == "0123abc-dirty"
+    assert version.git_revision(tmp_path) == "0123abc-dirty"
 
 
 @pytest.mark.parametrize(
@@ -84,7 +84,7 @@ def test_the_version_is_told_with_its_commit(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], revision: str, line: str
 ) -> None:
     """A version with .dev0 is cited by its commit."""
-    monkeypatch.setattr(provenance, "git_revision", lambda: revision)
+    monkeypatch.setattr(version, "git_revision", lambda: revision)
     parser = Parser(prog="sternplane")
     add_version(parser)
     with pytest.raises(SystemExit, match=r"^0$"):
@@ -94,7 +94,7 @@ def test_the_version_is_told_with_its_commit(
 
 def test_without_git_the_revision_is_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", "")
-    assert provenance.git_revision() == "unknown"
+    assert version.git_revision() == "unknown"
 
 
 def test_the_header_says_which_version_wrote_the_log() -> None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from firmware_py.adapters.installation import configs
-from firmware_py.run import provenance
+from firmware_py.run import version
 from firmware_py.run.run_folders import run_folder
 from sternplane.campaign.files import write
 from sternplane.campaign.seeds import seeds_of
@@ -38,7 +38,7 @@ def command(options: argparse.Namespace) -> int:
         print("\n".join(TRIALS))
         return 0
     seeds = seeds_of(options.seeds, range(JUDGED_FROM, JUDGED_FROM + SEEDS))
-    wanted, revision = jobs(seeds, options.short, options.trial), provenance.git_revision()
+    wanted, revision = jobs(seeds, options.short, options.trial), version.git_revision()
     settings = taken(options.settings, TAKES)
     for vehicle in sorted({vehicle_of(job) for job in wanted}):
         refuse_values(settings, configs() / vehicle)
