@@ -31,6 +31,7 @@ from firmware_py.run.ground_links import Stations, open_ground
 from firmware_py.run.interrupt import interruptible
 from firmware_py.run.kept_passport import PassportChoice, PassportKeeper
 from firmware_py.run.kept_plans import with_kept_plans
+from firmware_py.run.options import io_file
 from firmware_py.run.resumed_state import resume_state
 from firmware_py.run.run_folders import flight_folder, numbered_folder, point_latest
 from firmware_py.run.service_manager import ServiceManager
@@ -65,7 +66,7 @@ def fly(options: argparse.Namespace) -> FlightResult:
     Raises:
         BusError, GroundError, LogError, ParamError, StateStoreError, UsageError: in one line, what cannot be used.
     """
-    io_file, address = _io_file(options), parse_hil_link(options.link)
+    file, address = io_file(options.config, options.io), parse_hil_link(options.link)
     pace = options.pace or ("bus" if address else "realtime")
     if address and (options.bus or options.dvl or pace != "bus"):
         raise UsageError(
@@ -76,7 +77,7 @@ def fly(options: argparse.Namespace) -> FlightResult:
     if address:
         over_hil.refuse_settings(settings)
     config_files.read_configuration(options.config, over, settings=settings)  # what is wrong there is said before all
-    io = load(IoParams, *lay_settings(IoParams, read_toml(io_file), of_file(settings, "io"), str(io_file)))
+    io = load(IoParams, *lay_settings(IoParams, read_toml(file), of_file(settings, "io"), str(file)))
     io = at_desk(io, options.lines) if options.lines else io
     with alone_with(options.state):
         return _fly_alone(options, io, pace, address, settings)
@@ -103,7 +104,7 @@ def _fly_alone(
     )
     params, fins = config_files.autopilot_params(configuration), config_files.vehicle(configuration).fins
     if not address:
-        with prefix_errors(str(_io_file(options))):
+        with prefix_errors(str(io_file(options.config, options.io))):
             configuration |= shared_nodes(io, fins)
     autopilot = app.build(configuration)
     spec = options.bus or io.can.bus
@@ -219,11 +220,6 @@ def _save_state(stations: Stations, state: Path | None, folder: Path, logs: Path
             raise
         return [f"{error}; the flight begins, and keeps nothing for the next one"]
     return []
-
-
-def _io_file(options: argparse.Namespace) -> Path:
-    path: Path = options.io or options.config / "io_sitl.toml"
-    return path
 
 
 def _leave(

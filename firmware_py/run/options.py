@@ -66,6 +66,11 @@ def add_config(parser: argparse.ArgumentParser, what: str, files: str = "vehicle
     add_settings(parser, files)
 
 
+def io_file(config: Path, io: Path | None) -> Path:
+    """Return the io file: the one that is given, else that of a configuration's simulation."""
+    return io or config / "io_sitl.toml"
+
+
 def add_folder(parser: argparse.ArgumentParser, text: str, default: Path | None = None) -> None:
     """Add the configuration folder alone."""
     parser.add_argument("--config", type=configuration_folder, default=default, metavar="DIR", help=text)

@@ -24,7 +24,7 @@ _SOURCE = 0x7F
 """Bits of an id: the node that sends."""
 _PORT = ~(0x1F << 24 | _SOURCE)
 """All others but the priority: type and destination, and any bits that no id of ours has."""
-_STREAM = 0xFFFFFF
+STREAM = 0xFFFFFF
 """All of an id but the priority."""
 _START, _END, _TOGGLE = 0x80, 0x40, 0x20
 _TAILS = tuple(bytes((tail,)) for tail in range(256))
@@ -76,7 +76,7 @@ class TransferSender:
     def send(self, kind: MessageType[R], value: R, priority: int = 16, destination: int = 0) -> list[Frame]:
         """Return the frames of a message, or of a request to `destination`."""
         identifier = can_id(kind, self.node_id, priority, destination)
-        port = identifier & _STREAM
+        port = identifier & STREAM
         transfer_id = self._next.get(port, 0)
         self._next[port] = transfer_id + 1 & 31
         frames = frames_of(identifier, kind.encode(value), transfer_id, kind.crc_seed)
@@ -190,7 +190,7 @@ class Reassembler:
         tail = data[-1]
         if not tail & _START:
             return self._go_on(kind, identifier, data, t)
-        key = identifier & _STREAM
+        key = identifier & STREAM
         if tail & (_END | _TOGGLE) != _END:
             self._start(key, data, t)
             return None
@@ -204,7 +204,7 @@ class Reassembler:
 
     def _go_on(self, kind: MessageType[Any], identifier: int, data: bytes, t: float) -> Transfer | None:
         """Take a frame that is not the first of its transfer."""
-        key, tail = identifier & _STREAM, data[-1]
+        key, tail = identifier & STREAM, data[-1]
         transfer = self._open.get(key)
         if transfer is None or t - transfer.t_last > TIMEOUT or (tail ^ transfer.tail) & 31:
             self._drop_end(key, transfer, t)

@@ -21,6 +21,7 @@ from firmware_py.adapters.device_hardware import DeviceHardware
 from firmware_py.adapters.realtime_schedule import RealTimeSchedule
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.run.interrupt import interruptible
+from firmware_py.run.options import io_file
 from firmware_py.run.usage_error import UsageError
 from firmware_py.tick import NS_PER_S, Tick, step_ns
 from firmware_py.vehicle.fins import Fin
@@ -49,7 +50,7 @@ _OTHERS = ("_other_master", "_other_host")
 
 def command(options: argparse.Namespace) -> int:
     """Move the fins; return 0 if every one of them is well, 1 if not, 130 if it was interrupted."""
-    io, configuration = read_files(options, options.io or options.config / "io_sitl.toml")
+    io, configuration = read_files(options, io_file(options.config, options.io))
     fins, params = config_files.vehicle(configuration).fins, config_files.autopilot_params(configuration)
     if not options.yes and not (sys.stdin and sys.stdin.isatty()):
         raise UsageError("the fins are moved only after a yes; there is no terminal to ask at, so give --yes")

@@ -23,6 +23,7 @@ from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.error_text import shortened
 from firmware_py.params import ParamError, load, param, prefix_errors, toml_key
 from firmware_py.run.kept_passport import FROM_STATE, PassportChoice
+from firmware_py.run.options import io_file
 from firmware_py.settings import Setting, lay_settings, of_file, parse_setting
 from firmware_py.vehicle.fins import Fin
 from sim_bridge.build import refuse_unsimulated
@@ -142,18 +143,13 @@ def _names(cls: type[Any]) -> set[str]:
     return {name for field in dataclasses.fields(cls) for name in (field.name, toml_key(field))}
 
 
-def io_place(request: FlightRequest) -> Path:
-    """Return the io file."""
-    return request.io or request.config / "io_sitl.toml"
-
-
 def read_io(request: FlightRequest) -> IoParams:
     """Read the io file.
 
     Raises:
         ParamError: in one line, which key is wrong, and what would be right.
     """
-    io: IoParams = _read(IoParams, io_place(request), "io", parse_settings(request.settings))
+    io: IoParams = _read(IoParams, io_file(request.config, request.io), "io", parse_settings(request.settings))
     if request.bus:
         io.refuse_second_bus_on(request.bus)
     return io
@@ -165,7 +161,7 @@ def fitted_nodes(request: FlightRequest, io: IoParams, fins: Sequence[Fin]) -> d
     Raises:
         ParamError: the io file does not fit these fins, or has a device that the plant does not have.
     """
-    with prefix_errors(str(io_place(request))):
+    with prefix_errors(str(io_file(request.config, request.io))):
         refuse_unsimulated(io.lines)
         return shared_nodes(io, fins)
 

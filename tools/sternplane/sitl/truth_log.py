@@ -8,12 +8,9 @@ from firmware_py.adapters.buses.can_bus import FramePort
 from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogWriter
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
 from firmware_py.wire.dronecan.message_table import NODE_STATUS
-from firmware_py.wire.dronecan.transfer import can_id
+from firmware_py.wire.dronecan.transfer import STREAM, can_id
 from sim_bridge.bridge import Bridge
 from sternplane.logs.truth_beside import TIME_TOPIC, VehicleTime
-
-_STREAM = 0xFFFFFF
-"""All of an id but the priority."""
 
 
 class VehicleClock:
@@ -33,7 +30,7 @@ class VehicleClock:
         """Return the frames that have arrived, at most `limit`."""
         frames = self._bus.drain(limit)
         for identifier, data in frames:
-            if identifier & _STREAM == self._status:
+            if identifier & STREAM == self._status:
                 self._hear(data)
         return frames
 

@@ -90,15 +90,21 @@ def test_the_number_of_a_flights_folder(name: str, number: int) -> None:
     assert flight_number(name) == number
 
 
-def test_the_child_makes_room_says_so_and_ends_with_its_flight(root: Path) -> None:
-    own = root / "00011-20260101-000000" / "log.mcap"
-    keeper = LogKeeper(root, LogParams(total_size=2.0 * SIZE, part_size=SIZE, free_size=0.0))
-    keeper.written(own)
+def first_said(keeper: LogKeeper) -> list[str]:
+    """Wait until it says something."""
     said: list[str] = []
     end = time.monotonic() + 30.0
     while not said and time.monotonic() < end:
         said += keeper.said()
         time.sleep(0.01)
+    return said
+
+
+def test_the_child_makes_room_says_so_and_ends_with_its_flight(root: Path) -> None:
+    own = root / "00011-20260101-000000" / "log.mcap"
+    keeper = LogKeeper(root, LogParams(total_size=2.0 * SIZE, part_size=SIZE, free_size=0.0))
+    keeper.written(own)
+    said = first_said(keeper)
     assert said == [f"3 old logs removed to make room, up to {root}/00009-20991231-000000/log.10.mcap"]
     assert left(root) == ["00010", "00011"]
     keeper.close()
@@ -109,11 +115,7 @@ def test_a_single_log_that_was_removed_is_told_as_one(root: Path) -> None:
     own = root / "00011-20260101-000000" / "log.mcap"
     keeper = LogKeeper(root, LogParams(total_size=4.0 * SIZE, part_size=SIZE, free_size=0.0))
     keeper.written(own)
-    said: list[str] = []
-    end = time.monotonic() + 30.0
-    while not said and time.monotonic() < end:
-        said += keeper.said()
-        time.sleep(0.01)
+    said = first_said(keeper)
     keeper.close()
     assert said[0].startswith("1 old log removed to make room, up to ")
 
@@ -121,11 +123,7 @@ def test_a_single_log_that_was_removed_is_told_as_one(root: Path) -> None:
 def test_a_log_that_is_gone_is_told_and_the_child_goes_on(tmp_path: Path) -> None:
     keeper = LogKeeper(None, LogParams())
     keeper.written(tmp_path / "gone.mcap")
-    said: list[str] = []
-    end = time.monotonic() + 30.0
-    while not said and time.monotonic() < end:
-        said += keeper.said()
-        time.sleep(0.01)
+    said = first_said(keeper)
     assert said == [f"{tmp_path}/gone.mcap: cannot be brought to the disk (No such file or directory)"]
     keeper.close()
 
