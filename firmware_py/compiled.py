@@ -4,7 +4,8 @@ Arguments are arrays, numbers and NamedTuples of them; their annotations are the
 travel as few arguments, and each keeps its name.
 
 The cache of compiled kernels does not see changes in other files; a composition root therefore calls
-`firmware_py.adapters.kernel_cache.use` before it imports any kernel.
+`firmware_py.adapters.kernel_cache.use` before it imports any kernel. Without that none can be imported: numba would
+compile all of them, two minutes without a word, into `__pycache__` beside the sources.
 """
 
 from __future__ import annotations
@@ -35,6 +36,10 @@ Cube = Annotated[NDArray[np.float64], types.float64[:, :, ::1]]
 Indices = Annotated[NDArray[np.int64], types.int64[::1]]
 Flags = Annotated[NDArray[np.bool_], types.boolean[::1]]
 """Arrays as kernels take them, contiguous; to a type checker they are numpy's."""
+_NO_CACHE = (
+    "no cache of compiled kernels is chosen; call firmware_py.adapters.kernel_compile.prepare_kernels() first, "
+    "or use what `import sternplane` offers"
+)
 _SCALARS = {float: types.float64, int: types.int64, bool: types.boolean, type(None): types.void}
 
 
@@ -43,7 +48,12 @@ def kernel(signature: str = "") -> Callable[[F], F]:
 
     Args:
         signature: in numba's words, e.g. "void(f8[::1], f8)"; by default that of the function's annotations.
+
+    Raises:
+        ImportError: nobody has chosen where compiled kernels are kept.
     """
+    if not (_config.CACHE_DIR or _config.DISABLE_JIT):
+        raise ImportError(_NO_CACHE)
 
     def compiled(function: F) -> F:
         given = signature or _signature(function)

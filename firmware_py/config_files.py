@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from firmware_py.adapters.installation import shipped_vehicles
+from firmware_py.adapters.installation import no_configuration
 from firmware_py.adapters.storage.toml_files import merge as merge
 from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.error_text import quoted
@@ -88,7 +88,7 @@ def read_configuration(
             or vehicle.toml times its factors, or either with what is set; vehicle.toml as it stands is checked later.
     """
     if not os.path.isdir(folder):
-        raise no_folder(folder)
+        raise no_configuration(folder)
     files = {name: folder / f"{name}.toml" for name in ("vehicle", "autopilot")}
     configuration = {
         "files": {name: str(path) for name, path in files.items()},
@@ -101,14 +101,6 @@ def read_configuration(
             configuration[name], where = lay_settings(cls, configuration[name], of_this, str(files[name]))
             load(cls, configuration[name], where)
     return with_kept_changes(configuration, state)
-
-
-def no_folder(path: Path) -> ParamError:
-    """Return the error of what is no configuration folder: a file of one is told apart."""
-    if os.path.isfile(path):  # Path.is_file raises for a name that is too long
-        return ParamError(f"{path}: is a file; give its folder, {path.parent}")
-    shipped = ", ".join(shipped_vehicles())
-    return ParamError(f"{path}: there is no such configuration folder, nor a shipped vehicle of that name: {shipped}")
 
 
 def with_kept_changes(configuration: Configuration, state: Path | None) -> dict[str, Any]:

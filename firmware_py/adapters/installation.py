@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from firmware_py.params import ParamError
+
 _PACKAGE = Path(__file__).resolve().parents[1]
 ROOT = _PACKAGE.parent
 """The folder that holds the packages: the checkout, or where the wheel was installed."""
@@ -38,3 +40,11 @@ def configuration_folder(named: str | os.PathLike[str]) -> Path:
         if name in shipped_vehicles():
             return configs() / name
     return path
+
+
+def no_configuration(path: Path) -> ParamError:
+    """Return the error of what is no configuration folder: a file of one is told apart."""
+    if os.path.isfile(path):
+        return ParamError(f"{path}: is a file; give its folder, {path.parent}")
+    shipped = ", ".join(shipped_vehicles())
+    return ParamError(f"{path}: there is no such configuration folder, nor a shipped vehicle of that name: {shipped}")

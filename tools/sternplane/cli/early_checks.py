@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 
-from firmware_py.adapters.installation import configs
+from firmware_py.adapters.installation import configs, no_configuration
 
 
 def refuse_early(options: argparse.Namespace) -> None:
@@ -19,9 +19,7 @@ def refuse_early(options: argparse.Namespace) -> None:
 
         load_scenario(options.scenario, configs() / "scenarios")
     if getattr(options, "config", None) is not None and not os.path.isdir(options.config):
-        from firmware_py import config_files
-
-        raise config_files.no_folder(options.config)
+        raise no_configuration(options.config)
     if getattr(options, "io", None) is not None:
         from firmware_py.adapters.io_params import IoParams
         from firmware_py.adapters.storage.toml_files import read_toml

@@ -51,6 +51,14 @@ def test_numba_keeps_its_kernels_there_though_it_was_imported_before(tree):
     assert kernel_cache.use() == folder
 
 
+def test_no_kernel_is_imported_before_the_cache_is_chosen():
+    """All were compiled into the installation, for two minutes, without a word."""
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
+    words = [sys.executable, "-c", "import firmware_py.estimation.model.flow"]
+    done = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, "no cache of compiled kernels is chosen; call " in done.stderr) == (1, True), done.stderr
+
+
 @pytest.mark.parametrize("program", ["firmware_py.__main__", "sternplane.cli.main"])
 def test_blas_starts_no_thread_in_a_program_that_asks_before_it_computes(program):
     code = (
