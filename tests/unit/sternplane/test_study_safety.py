@@ -117,6 +117,25 @@ def test_each_end_is_told_from_the_others(last, wanted):
     assert wanted.unsafe == (wanted.value in ("lost", "deep", "aground", "not finite"))
 
 
+@pytest.mark.parametrize(
+    ("mission_until", "given_up"),
+    [(100.0, 450.0), (449.0, 450.0), (500.0, 940.0), (1200.0, math.inf)],
+    ids=["surfacing long", "surfacing late", "slow", "too slow"],
+)
+def test_a_vehicle_that_still_flies_its_mission_is_given_time(mission_until, given_up):
+    """One that surfaces has 450 s from the start, or as long from the end of a mission that took longer."""
+    judge = Judge(SEA, ONSET, 5.3, 0.5, patience=450.0)
+    times = [10.0 * i for i in range(120)]
+    for t in times:
+        mode = Mode.MISSION if t < mission_until else Mode.SURFACE
+        truth = SimpleNamespace(eta=Eta(0.0, 0.0, 9.0, 0.0, 0.0, 0.0), drop_weight=1335.0)
+        judge.see(cycle(t, 9.0, mode, Cause.ORDERED), truth)
+        if judge.done:
+            break
+    assert (t if judge.done else math.inf) == given_up
+    assert judge.found.ending(DEPTH_MAX) is Ending.LOST
+
+
 def test_a_flight_that_touched_the_bottom_is_aground_whatever_else_it_did():
     found = seen(SAFE).found
     assert found.ending(DEPTH_MAX) is Ending.FLOWN

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tempfile
 import time
 from pathlib import Path
@@ -15,7 +16,7 @@ from sternplane.sitl.flight import Flight, FlightRequest, fly, prepare
 from sternplane.sitl.taken_settings import beside
 from sternplane.study.safety.campaign import TRIALS, Job
 from sternplane.study.safety.judge import Ending, Judge
-from sternplane.study.safety.mission import DEPTH_MAX, NPS, quiet_scenario, scenario
+from sternplane.study.safety.mission import DEPTH_MAX, NPS, patience, quiet_scenario, scenario
 from sternplane.study.safety.verdict import judge
 
 
@@ -95,8 +96,9 @@ def with_bar30(config: Path, folder: Path) -> Path:
 
 
 def _judge(flight: Flight, job: Job) -> Judge:
-    hull, onset = flight.truth.hull, TRIALS[job.trial].begins(job.onset) if job.trial else 0.0
-    return Judge(flight.scenario.environment, onset, hull.L, hull.height, flight.scenario.watch)
+    hull, trial = flight.truth.hull, TRIALS.get(job.trial)
+    onset, until = (trial.begins(job.onset), patience(trial.vehicle, trial.speed)) if trial else (0.0, math.inf)
+    return Judge(flight.scenario.environment, onset, hull.L, hull.height, flight.scenario.watch, until)
 
 
 def _replayed(log: Path) -> str:

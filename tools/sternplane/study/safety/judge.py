@@ -146,14 +146,26 @@ class Judge:
         length: of the hull, m.
         height: of the hull, m.
         watch: for so long it is watched once it lies disarmed at the surface, s: it may sink again.
+        patience: a vehicle that is not done by then is given up, s; one that still flies its mission, so long after that
+            has ended. It may be slow: without DVL it does not learn, is cautious, and goes round once more for a
+            waypoint that it has missed in depth.
     """
 
-    def __init__(self, sea: EnvironmentParams, onset: float, length: float, height: float, watch: float = 0.0) -> None:
+    def __init__(
+        self,
+        sea: EnvironmentParams,
+        onset: float,
+        length: float,
+        height: float,
+        watch: float = 0.0,
+        patience: float = math.inf,
+    ) -> None:
         self.found = Found()
         self.done = False
         self._sea = sea
         self._onset = onset
         self._watch = max(watch, _AT_REST)
+        self._patience = self._given_up = patience
         self._half_length, self._half_height = 0.5 * length, 0.5 * height
         self._mode: Mode | None = None
         self._armed = False
@@ -214,6 +226,10 @@ class Judge:
 
     def _over(self, t: float, depth: float) -> bool:
         since, before = self._rest
+        if t >= self._patience and self._mode is Mode.MISSION:
+            self._given_up = t + self._patience
+        if t >= self._given_up:
+            return True
         if t < since:
             return False
         if depth < SURFACE:

@@ -12,8 +12,8 @@ PLACES = ("5 m", "9 m", "25 m")
 """About how deep it is then."""
 DEPTH_MAX, BOTTOM = 30.0, 40.0
 """The rule's limit and the depth of the water, m."""
-LONGEST = 450.0
-"""A flight at cruising speed that has not ended by then is given up, s; a slower one later."""
+_PATIENCE, _LONGEST = 450.0, 1200.0
+"""A vehicle at cruise is given up after so long, s, and one that still flies its mission; a slower one has longer."""
 QUIET = 600.0
 """A flight without faults, s."""
 
@@ -66,6 +66,11 @@ _LEGS = ((45.0, 0.0, 6.0), (85.0, 15.0, 10.0), (175.0, 30.0, 28.0), (205.0, 20.0
 """North, east, depth, m."""
 
 
+def patience(vehicle: str, speed: float = 0.0) -> float:
+    """Return the patience of the judge with a vehicle, s; its speed is 0 at cruise, m/s."""
+    return _PATIENCE * _slower(vehicle, speed)
+
+
 def scenario(
     faults: Sequence[str],
     *,
@@ -96,7 +101,7 @@ def scenario(
     cruise, rpm = CRUISE[vehicle]
     speed = speed or cruise
     start = _AFLOAT if afloat else _UNDER_WAY.format(speed=speed, rpm=rpm * speed / cruise)
-    head = _head(faults, LONGEST * cruise / speed, eddies, learning, profile, start, bottom)
+    head = _head(faults, _LONGEST * _slower(vehicle, speed), eddies, learning, profile, start, bottom)
     return f"watch_s = {watch}\n" + head + "".join([waypoint(place, speed) for place in _LEGS]) + _COARSE * coarse
 
 
@@ -110,6 +115,11 @@ def quiet_scenario(duration: float, *, eddies: float, learning: bool = True) -> 
         + "".join([waypoint(place, CRUISE[NPS][0]) for place in legs])
         + _NOISE
     )
+
+
+def _slower(vehicle: str, speed: float) -> float:
+    cruise, _ = CRUISE[vehicle]
+    return cruise / (speed or cruise)
 
 
 def _head(
