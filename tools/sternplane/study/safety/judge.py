@@ -146,8 +146,8 @@ class Judge:
         length: of the hull, m.
         height: of the hull, m.
         watch: for so long it is watched once it lies disarmed at the surface, s: it may sink again.
-        patience: a vehicle that is not done by then is given up, s; one that still flies its mission, so long after that
-            has ended. It may be slow: without DVL it does not learn, is cautious, and goes round once more for a
+        patience: a vehicle that is not done by then is given up, s; one that still flies its mission, so long after it
+            ended that. It may be slow: without DVL it does not learn, is cautious, and goes round once more for a
             waypoint that it has missed in depth.
     """
 
