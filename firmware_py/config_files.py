@@ -21,7 +21,9 @@ from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.error_text import quoted
 from firmware_py.mavlink.parameters import store
 from firmware_py.mission_check import refuse_mission
-from firmware_py.params import ParamError, dump, load
+from firmware_py.own_parts import KINDS
+from firmware_py.params import ParamError, choice_names, dump, load
+from firmware_py.part_name import is_part_name
 from firmware_py.reconfiguration import AutopilotParams
 from firmware_py.records.fence import NO_FENCE
 from firmware_py.records.mission import Mission
@@ -96,11 +98,23 @@ def read_configuration(
         "autopilot": read_table(AutopilotParams, files["autopilot"], over or {}),
         "changed": {},
     }
+    configuration["autopilot"] = _without_replaced(configuration["autopilot"], of_file(settings, "autopilot"))
     for name, cls in FILES.items():
         if of_this := of_file(settings, name):
             configuration[name], where = lay_settings(cls, configuration[name], of_this, str(files[name]))
             load(cls, configuration[name], where)
     return with_kept_changes(configuration, state)
+
+
+def _without_replaced(autopilot: Mapping[str, Any], settings: Sequence[Setting]) -> dict[str, Any]:
+    """Return autopilot.toml's table without parameters of parts of one's own that settings replace by built-in ones."""
+    table, chosen = dict(autopilot), {".".join(setting.path): setting.value for setting in settings}
+    for kind in KINDS.values():
+        own, built_in = table.get(kind.table, {}), choice_names(kind.built_in)
+        was = own.get(kind.key.partition(".")[2])
+        if is_part_name(was, built_in) and not is_part_name(chosen.get(kind.key, was), built_in):
+            table[kind.table] = {key: value for key, value in own.items() if key != "own"}
+    return table
 
 
 def with_kept_changes(configuration: Configuration, state: Path | None) -> dict[str, Any]:

@@ -6,6 +6,7 @@ import contextlib
 import hashlib
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -27,6 +28,7 @@ from sternplane.sweep.plan import Job
 from sternplane.sweep.planning import planned
 
 from firmware_py.adapters import kernel_cache
+from firmware_py.adapters.installation import configs
 from firmware_py.app import build
 from firmware_py.run.usage_error import UsageError
 from tests.command import called
@@ -345,7 +347,15 @@ def test_gains_of_a_law_of_ones_own_are_varied_beside_a_built_in_one(
         "autopilot.control.law": "tiny",
         key: found[0, "tiny"],
     }
-    words = (*words[:4], "--vary", f"{key}=5..50", "--n", "2")
+    mine = here / "mine"
+    shutil.copytree(configs() / "npsauv2", mine)
+    text = (mine / "autopilot.toml").read_text()
+    (mine / "autopilot.toml").write_text(text.replace('law = "sliding"', 'law = "tiny"\nown = { k = 3.5 }', 1))
+    words = ("--config", "mine", *words[:2], "--vary", f"{key}=±50%", "--n", "2", "--worst", "0", "--no-report")
+    done = called("sweep", "--scenario", "brief.toml", *words, "--out", "of file", cwd=here)
+    assert done.returncode == 0, done.stderr
+    assert {(row["sample"], row["law"]): row[key] for row in rows(here / "of file")} == found
+    words = ("--law", "tiny,sliding", "--set", f"{key}=3.5", "--vary", f"{key}=5..50", "--n", "2")
     done = called("sweep", "--scenario", "brief.toml", *words, "--out", "other", cwd=here)
     assert (done.returncode, "k = 50" in done.stderr) == (2, True), done.stderr
 

@@ -13,6 +13,7 @@ from firmware_py.chosen_parts import chosen, described, refuse_no_data
 from firmware_py.params import ParamError
 from firmware_py.part_name import PartName
 from firmware_py.records.order import ParameterChange
+from firmware_py.settings import parse_setting
 from tests.own_package import install
 
 SHIPPED = Path(__file__).resolve().parents[3] / "configs" / "npsauv2"
@@ -38,6 +39,22 @@ def test_it_is_found_by_entry_point_and_by_module(package: Path, name: str) -> N
     told = described(parts)["control.law"]
     assert (told["name"], told["class"]) == (name, "tiny_laws:Tiny")
     assert told["package"] == "tiny-laws 0.3"
+
+
+def test_a_built_in_law_that_is_set_takes_the_place_of_one_s_own_with_its_parameters(package: Path) -> None:
+    """Else the same configuration could not be flown with both, to compare them."""
+    own = {"control": {"law": "tiny", "own": {"k": 3.0}}}
+
+    def read(*texts: str) -> dict:
+        settings = [parse_setting(text, config_files.FILES) for text in texts]
+        found = config_files.read_configuration(SHIPPED, own, settings=settings)
+        return {**found, "mission": {"waypoints": []}, "kept": {}}
+
+    assert chosen(read("autopilot.control.law=sliding")).law is None
+    assert chosen(read("autopilot.control.own.k=5.0")).law.params.k == 5.0
+    assert chosen(read("autopilot.control.law=tiny_laws:Tiny")).law.params.k == 3.0
+    with pytest.raises(ParamError, match=r"names no part of one's own"):
+        chosen(read("autopilot.control.law=sliding", "autopilot.control.own.k=5.0"))
 
 
 @pytest.mark.parametrize(
