@@ -248,6 +248,15 @@ def test_of_drag_across_the_hull_that_is_assumed_it_is_said_that_it_decides_turn
     assert [line.startswith("C_dy = 1:") for line in said] == ([True] if not given else [])
 
 
+@pytest.mark.parametrize(("given", "other"), [("C_dy", "C_dz"), ("C_dz", "C_dy")])
+def test_drag_across_that_is_given_in_one_plane_is_taken_for_the_other(tmp_path: Path, given: str, other: str) -> None:
+    """The other was 0 without a word: a hull without drag in dives."""
+    rows = {key: value for key, value in HULL.items() if key != other} | {elsewhere(n): si(n) for n in NAMES}
+    found = imported(tmp_path, rows)
+    assert found.vehicle["hull"][other] == found.vehicle["hull"][given] == HULL[given]
+    assert f"{other} = {HULL[given]}: that of {given}" in found.hull.assumed
+
+
 def test_fins_that_are_counted_the_other_way_are_turned(tmp_path: Path) -> None:
     rows = {elsewhere(name): si(name) * (-1.0 if name.endswith("dr") else 1.0) for name in NAMES}
     found = imported(tmp_path, HULL | rows)

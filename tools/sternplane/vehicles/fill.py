@@ -144,9 +144,10 @@ def _names(made: Converted, parts: Iterable[tuple[str, float]]) -> str:
 
 def assume_damping(made: Converted, hull: Particulars) -> None:
     """Assume what no hull is without: drag across it, and some damping of roll; both are told."""
-    if not made.drag.keys() & {"C_dy", "C_dz"} and not hull.values.keys() & {"C_dy", "C_dz"}:
-        for key in ("C_dy", "C_dz"):
-            hull.assume(key, _CROSS_FLOW, _DECIDES[key])
+    given = {**made.drag, **{key: hull.values[key] for key in _DECIDES if key in hull.values}}
+    for key, other in zip(_DECIDES, reversed(_DECIDES), strict=True):
+        if key not in given:
+            hull.assume(key, given.get(other, _CROSS_FLOW), f"that of {other}" if other in given else _DECIDES[key])
     if "K_p" in made.coefficients:
         return
     v = hull.values
