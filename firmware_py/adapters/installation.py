@@ -42,6 +42,13 @@ def configuration_folder(named: str | os.PathLike[str]) -> Path:
     return path
 
 
+def configuration_file(named: str | os.PathLike[str]) -> Path:
+    """Return a file of a configuration by what a person calls it, as `configuration_folder` does: NAME/FILE."""
+    path = Path(named)
+    shipped = configuration_folder(path.parent) / path.name
+    return path if os.path.lexists(path) or not os.path.isfile(shipped) else shipped
+
+
 def no_configuration(path: Path) -> ParamError:
     """Return the error of what is no configuration folder: a file of one is told apart."""
     if os.path.isfile(path):

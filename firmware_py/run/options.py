@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from firmware_py.adapters.installation import configs, configuration_folder
+from firmware_py.adapters.installation import configs, configuration_file, configuration_folder
 
 CONFIG = configs() / "npsauv2"
 """The default configuration."""
@@ -62,7 +62,8 @@ def add_fly(parser: argparse.ArgumentParser) -> None:
 def add_config(parser: argparse.ArgumentParser, what: str, files: str = "vehicle, autopilot, io") -> None:
     """Add the configuration folder and the io file, and what sets single keys of them."""
     add_folder(parser, f"{what}, {FOLDER} [npsauv2]", CONFIG)
-    parser.add_argument("--io", type=Path, metavar="FILE", help="node ids, ports and latencies [DIR/io_sitl.toml]")
+    text = "node ids, ports and latencies [DIR/io_sitl.toml]"
+    parser.add_argument("--io", type=configuration_file, metavar="FILE", help=text)
     add_settings(parser, files)
 
 

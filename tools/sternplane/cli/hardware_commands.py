@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, TypeAlias
 
+from firmware_py.adapters.installation import configuration_file
 from firmware_py.error_text import quoted
 from firmware_py.run import options as vehicle
 from sternplane.cli.plain_errors import whole_number
@@ -42,7 +42,7 @@ def _add_io(commands: Any, lazily: Lazily) -> None:
         + _STATUS.format(good="every role but those of --without hears something fresh and sound"),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    check.add_argument("io", type=Path, metavar="FILE", help="an io_*.toml")
+    check.add_argument("io", type=configuration_file, metavar="FILE", help="an io_*.toml")
     _add_vehicle(check)
     check.add_argument("--dvl", metavar="PATH", help="the DVL's serial port [as the io file says]")
     vehicle.add_lines(check, "find")
@@ -74,7 +74,7 @@ def _add_fins(commands: Any, lazily: Lazily) -> None:
     fins.add_argument(
         "--sweep", action="store_true", required=True, help="move them; there is no other way to use this"
     )
-    fins.add_argument("--io", type=Path, metavar="FILE", help="node ids and servos [DIR/io_sitl.toml]")
+    fins.add_argument("--io", type=configuration_file, metavar="FILE", help="node ids and servos [DIR/io_sitl.toml]")
     _add_vehicle(fins)
     vehicle.add_lines(fins, "find")
     fins.add_argument(
