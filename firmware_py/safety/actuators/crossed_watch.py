@@ -15,17 +15,16 @@ axis alone; and they are not asked while a single fin explains the motion.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 from firmware_py.records.adoption import Adopted
+from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.health import ActuatorFault, AxisDoubt
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
 from firmware_py.safety.actuators.hull_memory import CrossedMemory, HullMemory, Values
 from firmware_py.safety.actuators.hull_response import PERIOD, SUSPECT
-from firmware_py.safety.actuators.hull_watch import LEFT, NOTHING, HullWatch
-from firmware_py.safety.actuators.share_watch import ShareWatch
+from firmware_py.safety.actuators.hull_watch import NOTHING, HullWatch, Seen
+from firmware_py.safety.actuators.share_watch import LEFT, ShareWatch
 from firmware_py.safety.actuators.single_fin import SingleFin, Step
-from firmware_py.safety.actuators.water_speed import WaterSpeed
 from firmware_py.vehicle.vehicle import Vehicle
 
 _LIKELY = 0.5
@@ -109,14 +108,14 @@ class CrossedWatch(HullWatch):
         if self._single.pause(axis):
             self._top = max(self._single.likeliest.evidence)
 
-    def _weigh(self, axis: int, *seen: Any) -> bool:
+    def _weigh(self, axis: int, seen: Seen, state: StateEstimate) -> bool:
         """As `HullWatch`; what is found of a whole axis counts only if the other one can agree."""
         if self._unknown:
             self._stuck[axis].pause()
         self._explained = self._unknown or self._trial >= 0 or self._top > _LIKELY * self._single.enough
         watch, left = self._axes[axis], self._left[axis]
         before, self._moved = (watch.fault, left.left), False
-        changed = super()._weigh(axis, *seen) or self._moved
+        changed = super()._weigh(axis, seen, state) or self._moved
         if (watch.fault, left.left) == before or self._agreed(watch.fault, left.left, before):
             return changed
         watch.begin(watch.freeze().prior, before[0])
@@ -128,24 +127,22 @@ class CrossedWatch(HullWatch):
         worse = left < before[1] or (fault is not before[0] and fault is not ActuatorFault.NONE)
         return not worse or self._blind or self._single.whole > SUSPECT * self._single.enough
 
-    def _weigh_fins(
-        self, axis: int, step: Step, u: float, steady: bool, mute: tuple[int, ...], water: tuple[WaterSpeed, ...]
-    ) -> None:
+    def _weigh_fins(self, axis: int, step: Step, seen: Seen, steady: bool) -> None:
         """Lay a step before the hypotheses of single fins, and put one to rest, or name it.
 
-        Whole axes are held to the least speed that there may be, u, lest sound fins look weak. One fin among others is
+        Whole axes are held to the least speed that there may be lest sound fins look weak. One fin among others is
         told by what these do, so the likeliest speed counts. Where that is not known, or a fin reports nothing, so that
         nobody knows whether it moves, only whole axes are judged.
         """
         single, was = self._single, (self._trial, tuple(self._found))
-        self._blind = bool(mute) or not water
+        self._blind = bool(seen.told.mute) or not seen.water
         if self._blind:
             self._forget(axis)
             return
         moments = [0.0] * len(self._found)
         for i, moment in zip(self._fins[axis], step.fins, strict=True):
             moments[i] = moment if self._found[i] is ActuatorFault.NONE else 0.0
-        single.update(axis, step._replace(fins=moments).at(water[0].u / u), steady)
+        single.update(axis, step._replace(fins=moments).at(seen.water[0].u / seen.u), steady)
         said = single.likeliest
         evidence, trial = said.evidence, self._trial
         self._top = top = max(evidence)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import SensorFrame
@@ -16,6 +17,13 @@ from firmware_py.vehicle.servo import SERVO_TIME
 
 AnglesMemory = tuple[tuple[float, ...], tuple[float, ...]]
 """Of each fin the angle of a modelled servo, and the one that counted in the last step, rad."""
+
+
+class Told(NamedTuple):
+    """Of the fins of one axis, in its order: the angles when a step began, rad, and the places that report nothing."""
+
+    angles: tuple[float, ...]
+    mute: tuple[int, ...]
 
 
 class FinAngles:
@@ -32,10 +40,8 @@ class FinAngles:
         """Restore the memory that `freeze` returned."""
         self._modelled, self._last = [list(angles) for angles in memory]
 
-    def update(
-        self, fins: Sequence[int], t: float, frame: SensorFrame, applied: Applied, dt: float
-    ) -> tuple[tuple[float, ...], tuple[int, ...]]:
-        """Return the angles of these fins when the step began, rad, and the places of those that report nothing."""
+    def update(self, fins: Sequence[int], t: float, frame: SensorFrame, applied: Applied, dt: float) -> Told:
+        """Return where these fins were when the step began."""
         params, modelled, last = self._params, self._modelled, self._last
         angles, mute = [], []
         for place, i in enumerate(fins):
@@ -46,4 +52,4 @@ class FinAngles:
             last[i] = heard.value if age <= params.latency else angle
             if not age <= params.timeout:
                 mute.append(place)
-        return tuple(angles), tuple(mute)
+        return Told(tuple(angles), tuple(mute))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import NamedTuple
 
 from firmware_py.marine import clip
 from firmware_py.records.adoption import Adopted
@@ -14,11 +15,11 @@ from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
 from firmware_py.safety.actuators.attitude_witness import AttitudeWitness
 from firmware_py.safety.actuators.cross_flow import CrossFlow
-from firmware_py.safety.actuators.fin_angles import FinAngles
+from firmware_py.safety.actuators.fin_angles import FinAngles, Told
 from firmware_py.safety.actuators.hull_memory import HullMemory, Values
 from firmware_py.safety.actuators.hull_reference import CRUISE, HullReference
 from firmware_py.safety.actuators.hull_response import PERIOD, AxisWatch
-from firmware_py.safety.actuators.share_watch import ShareWatch
+from firmware_py.safety.actuators.share_watch import LEFT, ShareWatch
 from firmware_py.safety.actuators.single_fin import Step
 from firmware_py.safety.actuators.stuck_watch import StuckWatch
 from firmware_py.safety.actuators.water_motion import current_across, least_speed
@@ -39,8 +40,26 @@ _HELD_STD = 0.1
 """1 sigma of what fins do by coefficients that held in flight."""
 _FAR = 0.1
 """Where what fins do, the last coefficient, differs by more than this share, it is another vehicle."""
-LEFT = {ActuatorFault.NONE: 1.0, ActuatorFault.WEAK: 0.5, ActuatorFault.LOST: 0.0}
-"""What each fault leaves of the fins' effect."""
+
+
+class Seen(NamedTuple):
+    """What one step shows of an axis.
+
+    Attributes:
+        t: when, s.
+        u: speed to which fins are held, m/s.
+        cross: that across the hull, m/s, known by the DVL if `water` is.
+        rate: mean rate of turn, rad/s.
+        told: where its fins were.
+        water: what speed and current may be.
+    """
+
+    t: float
+    u: float
+    cross: float
+    rate: float
+    told: Told
+    water: tuple[WaterSpeed, ...]
 
 
 class HullWatch:
@@ -205,8 +224,8 @@ class HullWatch:
         known = adopted is None or self._follow(axis, adopted)
         total, count = self._sums[axis]
         self._sums[axis] = (0.0, 0)
-        told, mute = self._angles[axis].update(self._fins[axis], t, frame, applied, PERIOD)
-        if stuck.stuck[0] >= 0 and stuck.stuck[0] not in mute:
+        told = self._angles[axis].update(self._fins[axis], t, frame, applied, PERIOD)
+        if stuck.stuck[0] >= 0 and stuck.stuck[0] not in told.mute:
             stuck.forget()
         n = frame.n.value if frame.n.usable(t, self._params.timeout) else applied.n
         before, self._speeds[axis], driven = self._speeds[axis], math.nan, self._advance * n
@@ -215,12 +234,11 @@ class HullWatch:
         across, steady = current_across(state, water) if axis else (0.0, True)
         if axis and self._flow.jumped(across):
             self._axes[axis].pause()
-        deep = state.depth_ok and state.eta.z > _DEPTH_MIN
-        judged = count and known and steady and applied.armed and speaks and deep
+        judged = count and known and steady and applied.armed and speaks and state.depth_ok and state.eta.z > _DEPTH_MIN
         if judged and u > _SPEED_MIN and (n == 0.0 or driven > _BRAKES * fast):
             self._speeds[axis] = u
             cross = ((state.nu.v if axis else state.nu.w) if state.velocity_ok else 0.0) - across
-            if self._weigh(axis, t, state, u, cross, total / count, told, mute, water):
+            if self._weigh(axis, Seen(t, u, cross, total / count, told, water), state):
                 return True
         else:
             self._pause(axis)
@@ -231,47 +249,30 @@ class HullWatch:
         for one in (self._axes[axis], self._left[axis], self._stuck[axis]):
             one.pause()
 
-    def _weigh_fins(
-        self, axis: int, step: Step, u: float, steady: bool, mute: tuple[int, ...], water: tuple[WaterSpeed, ...]
-    ) -> None:
+    def _weigh_fins(self, axis: int, step: Step, seen: Seen, steady: bool) -> None:
         """Lay a step before what judges single fins: nothing does where none acts on both axes."""
 
-    def _weigh(
-        self,
-        axis: int,
-        t: float,
-        state: StateEstimate,
-        u: float,
-        cross: float,
-        rate: float,
-        told: tuple[float, ...],
-        mute: tuple[int, ...],
-        water: tuple[WaterSpeed, ...],
-    ) -> bool:
+    def _weigh(self, axis: int, seen: Seen, state: StateEstimate) -> bool:
         """Lay one step before the three that judge an axis: effect or none, how much of it, and a fin that stays.
 
-        Return whether the last one has found another fin, or another angle. The `axis` is 0 in pitch, 1 in yaw; `u` is
-        the speed to which fins are held at `t`, s, and `cross` that across the hull, m/s, known by the DVL if `water`
-        is; `rate` is the mean rate of turn, rad/s. Angles, rad, are as `told`, `mute` the places that report nothing.
+        Return whether the last one has found another fin, or another angle.
         """
+        t, u, cross, rate, (told, mute), water = seen
         watch, left, stuck, model = self._axes[axis], self._left[axis], self._stuck[axis], self._reference.models[axis]
-        pinged, acting, units = (
-            bool(water),
-            self._fins[axis],
-            [model.control * self._shares[axis][i] for i in self._fins[axis]],
-        )
+        pinged, fins = bool(water), self._fins[axis]
+        units = [model.control * self._shares[axis][i] for i in fins]
         angles = sum([unit * angle for unit, angle in zip(units, told, strict=True)])
-        most = sum([abs(unit) * self._travel[i] for i, unit in zip(acting, units, strict=True)])
+        most = sum([abs(unit) * self._travel[i] for i, unit in zip(fins, units, strict=True)])
         over = abs(angles) / most if most else math.inf  # fins that oppose each other hold against nothing
         share = damped_share(u * model.damping, PERIOD)  # 0.98 for a hull of 5.3 m, 0.87 for one of 1.1 m
         damping, force = share * u * model.damping, share * u * u
         restoring = model.restoring * math.sin(state.eta.theta)
-        fins, hull = force * angles, share * (u * cross * model.crosswise + restoring)
+        moment, hull = force * angles, share * (u * cross * model.crosswise + restoring)
         steady = not (axis and (self._flow.changes or state.sensors.dvl.fault is SourceFault.CURRENT))
         # the angle of a fin that stays unreported is not known well enough to judge the others
         alone = stuck.stuck[0] < 0 and not self._explained
         if alone:
-            watch.update(rate, damping, hull, fins, over, u / CRUISE, steady, pinged)
+            watch.update(rate, damping, hull, moment, over, u / CRUISE, steady, pinged)
         else:
             watch.pause()
             left.pause()
@@ -283,18 +284,17 @@ class HullWatch:
             restoring += a * state.nu.r * state.nu.r + b * v * state.nu.r + c * v * v
         hull = share * (u * cross * model.crosswise + restoring)
         each = [force * unit * angle for unit, angle in zip(units, told, strict=True)]
-        self._weigh_fins(axis, Step(rate, damping, share * restoring, hull, each), u, steady, mute, water)
+        self._weigh_fins(axis, Step(rate, damping, share * restoring, hull, each), seen, steady)
         if not self._reference.values[axis]:
             left.pause()
             stuck.pause()
             return False
         if alone:
-            left.update(rate, damping, hull, fins, steady, pinged)
+            left.update(rate, damping, hull, moment, steady, pinged)
         if not mute:
             stuck.pause()
-            return False
-        if not stuck.update(rate, damping, hull, [force * unit for unit in units], told, mute):
-            return False
-        watch.begin(_HELD_STD, ActuatorFault.NONE)
-        left.begin(1.0)
-        return True
+        elif stuck.update(rate, damping, hull, [force * unit for unit in units], told, mute):
+            watch.begin(_HELD_STD, ActuatorFault.NONE)
+            left.begin(1.0)
+            return True
+        return False

@@ -14,11 +14,14 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from firmware_py.marine import clip
+from firmware_py.records.health import ActuatorFault
 from firmware_py.safety.actuators.hull_response import GUST_TIME, HEALED, SUSPECT
 from firmware_py.vehicle.turning import GYRO_STD, Follower, follow, stationary_gains
 
 SHARES = (1.0, 0.5, 0.0)
 """What may be left; one of two fins that act alike is a half."""
+LEFT = {ActuatorFault.NONE: 1.0, ActuatorFault.WEAK: 0.5, ActuatorFault.LOST: 0.0}
+"""What each fault leaves."""
 _OTHERS = ((1,), (0, 2), (0, 1))
 """Of each of these, which may follow: nothing is left only where half has been lost before."""
 EDDIES = (0.1, 0.33, 0.67, 1.33)
