@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import sys
 
 from firmware_py.adapters.buses.can_bus import CanBus
 from firmware_py.adapters.drivers.dronecan.node_client import NodeClient
-from firmware_py.run.usage_error import UsageError
 from sternplane.hardware.bus_nodes import BusNodes
+from sternplane.hardware.consent import ask, refuse_unasked
 from sternplane.hardware.output import Row, Sheet, console, show, show_json
 from sternplane.hardware.shared_bus import shared_bus
 
@@ -53,8 +52,9 @@ def restart(options: argparse.Namespace) -> int:
     Raises:
         UsageError: nobody said yes.
     """
+    refuse_unasked(options.yes, "a node is restarted")
     if not options.yes:
-        _confirm(options.node, options.bus)
+        ask(f"Node {options.node} on {options.bus} restarts; what it drives may move.", "nothing was sent")
     nodes = BusNodes()
     with shared_bus(options.bus) as bus:
         told = client_of(bus, nodes).restart(options.node)
@@ -71,12 +71,3 @@ def _said(options: argparse.Namespace, sentence: str, status: int = 1) -> int:
     else:
         show(console(), [], [sentence])
     return status
-
-
-def _confirm(node: int, bus: str) -> None:
-    if not (sys.stdin and sys.stdin.isatty()):
-        raise UsageError("a node is restarted only after a yes; there is no terminal to ask at, so give --yes")
-    print(f"Node {node} on {bus} restarts; what it drives may move. Type yes to go on: ", end="", file=sys.stderr)
-    sys.stderr.flush()
-    if sys.stdin.readline().strip().lower() != "yes":
-        raise UsageError("that was not yes; nothing was sent")

@@ -6,13 +6,10 @@ import argparse
 import contextlib
 import math
 import signal
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from itertools import islice
-
-from rich.console import Console
 
 from firmware_py import config_files
 from firmware_py.adapters.buses.can_bus import BusError
@@ -26,6 +23,7 @@ from firmware_py.run.usage_error import UsageError
 from firmware_py.tick import NS_PER_S, Tick, step_ns
 from firmware_py.vehicle.fins import Fin
 from sternplane.hardware.bus_nodes import BusNodes
+from sternplane.hardware.consent import ask, refuse_unasked
 from sternplane.hardware.fin_tables import table_of, why_not_believed
 from sternplane.hardware.fins_report import found, sentences, sheet
 from sternplane.hardware.fitted_vehicle import FittedVehicle, fitted_vehicle
@@ -52,8 +50,7 @@ def command(options: argparse.Namespace) -> int:
     """Move the fins; return 0 if every one of them is well, 1 if not, 130 if it was interrupted."""
     io, configuration = read_files(options, io_file(options.config, options.io))
     fins, params = config_files.vehicle(configuration).fins, config_files.autopilot_params(configuration)
-    if not options.yes and not (sys.stdin and sys.stdin.isatty()):
-        raise UsageError("the fins are moved only after a yes; there is no terminal to ask at, so give --yes")
+    refuse_unasked(options.yes, "the fins are moved")
     chosen = _chosen(options.fin, [fin.name for fin in fins])
     out, spec, guard = console(), options.bus or io.can.bus, _Guard(io.can.node_id)
     table = table_of(io)
@@ -61,7 +58,7 @@ def command(options: argparse.Namespace) -> int:
     with fitted_vehicle(io, fins, spec, guard.see) as fitted:
         guard.listen(fitted)
         if not options.yes:
-            _confirm([fins[i] for i in chosen], options.travel / 100.0, spec)
+            _ask([fins[i] for i in chosen], options.travel / 100.0, spec)
             guard.listen(fitted)  # a yes may have taken its time
         drawn = live(out, lambda: [sheet(sweep, fins)], not options.json)
         with interruptible() as interrupted, _hung_up(interrupted), drawn as draw:
@@ -193,15 +190,8 @@ def _chosen(wanted: Sequence[str], names: Sequence[str]) -> list[int]:
     return [i for i, name in enumerate(names) if not wanted or name in wanted]
 
 
-def _confirm(fins: Sequence[Fin], share: float, spec: str) -> None:
-    """Ask whether the fins may move.
-
-    Raises:
-        UsageError: they may not.
-    """
+def _ask(fins: Sequence[Fin], share: float, spec: str) -> None:
     what = ", ".join(f"{fin.name} to ±{math.degrees(fin.delta_max) * share:.0f}°" for fin in fins)
-    err = Console(stderr=True, highlight=False)
-    err.print(f"On {spec} these fins will move: {what}. The propeller stays at rest. Keep clear of them.", markup=False)
-    err.print("Type yes to go on: ", end="", markup=False)
-    if sys.stdin.readline().strip().lower() != "yes":
-        raise UsageError("that was not yes; nothing has moved")
+    ask(
+        f"On {spec} these fins will move: {what}. The propeller stays at rest. Keep clear of them.", "nothing has moved"
+    )
