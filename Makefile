@@ -52,7 +52,7 @@ rooms: setup .venv/.dev ## the folders, how many files and lines they have, and 
 bench: setup .venv/.dev ## measure, and print JSON
 	@$(BIN)/python -m sternplane.bench
 
-bench-sweep: setup ## 1,000 flights of 60 s: flights/s, memory, killed twice and the same table; hours; ARGS="--n 60" for fewer
+bench-sweep: setup ## 1,000 flights of 60 s: flights/s, memory, and the same table after kills and over Dask; hours; ARGS="--n 60" for fewer
 	@$(BIN)/python -m sternplane.bench.sweep $(ARGS)
 
 fuzz: setup ## ten million odd packets into the ground links; ARGS="--packets 100000" for fewer, "--configurations 5000" for files, "--instruments 1000000" for devices

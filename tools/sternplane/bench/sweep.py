@@ -1,12 +1,14 @@
 """A sweep of 1,000 flights of 60 s, measured: `python -m sternplane.bench.sweep`; see `--help`.
 
 Flights a second with one worker and with all, in turns on the same flights; the memory of the command and of its
-workers over the flights; and the table of a sweep that is killed twice and gone on with, beside an undisturbed one.
+workers over the flights; and beside the table of an undisturbed sweep those of one that is killed twice and gone on
+with, and of one over a Dask cluster on this computer that loses a worker in the middle.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import hashlib
 import json
 import os
@@ -16,7 +18,7 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -47,16 +49,17 @@ depth_m = 5.0
 heading_deg = 340.0
 """
 _VARIED = ("--vary", "vehicle.M_q=±20%", "--vary", "truth.current=0..0.3", "--no-report", "--worst", "0")
-_LOOK_S = 2.0
+_LOOK_S, _STARTS_S = 2.0, 60.0
 
 
 def main() -> int:
-    """Measure, and print JSON; return 0 if the tables are equal."""
+    """Measure, and print JSON; progress goes to stderr. Return 0 if the tables are equal."""
     parser = argparse.ArgumentParser(prog="python -m sternplane.bench.sweep", description=__doc__)
     parser.add_argument("--n", type=int, default=1000, help="flights of the sweeps that are compared [1000]")
     parser.add_argument("--seconds", type=float, default=60.0, help="of each flight [60]")
     parser.add_argument("--paired", type=int, default=20, help="flights of each turn with one worker and with all [20]")
     parser.add_argument("--turns", type=int, default=3, help="how often in turns [3]")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="as for sweep; may be repeated")
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), help="workers [all processors]")
     options = parser.parse_args()
     with TemporaryDirectory(prefix="sternplane-sweep-") as name:
@@ -65,15 +68,68 @@ def main() -> int:
         (folder / "minute.toml").write_text(text.replace("t_s = 30.0", f"t_s = {0.5 * options.seconds!r}"))
         found: dict[str, Any] = {"flight_s": options.seconds}
         found["workers"] = _paired(folder, options)
-        whole = _Sweep(folder, "whole", options.n, options.jobs)
+        whole = _Sweep(folder, "whole", options.n, options.jobs, options.set)
         found["undisturbed"] = whole.run()
-        killed = _Sweep(folder, "killed", options.n, options.jobs)
+        killed = _Sweep(folder, "killed", options.n, options.jobs, options.set)
         for share in (1.0 / 3.0, 2.0 / 3.0):
             killed.run(kill_at=round(share * options.n))
         killed.run()
-        found["killed twice, the same table"] = equal = whole.table == killed.table
+        spread = _Sweep(folder, "cluster", options.n, options.jobs, options.set)
+        with _Cluster(folder, options.jobs) as cluster:
+            spread.run(cluster, lose_at=options.n // 2)
+        found["same table"] = equal = {
+            "killed twice": whole.table == killed.table,
+            "over Dask, a worker killed": whole.table == spread.table,
+        }
     print(json.dumps(found, indent=1))
-    return 0 if equal else 1
+    return 0 if all(equal.values()) else 1
+
+
+class _Cluster:
+    """A Dask scheduler and workers of one thread each on this computer, as processes."""
+
+    def __init__(self, folder: Path, size: int) -> None:
+        self._folder, self._size = folder, size
+        self._stack = contextlib.ExitStack()
+        self._workers: list[subprocess.Popen[bytes]] = []
+        self.address = ""
+
+    def __enter__(self) -> _Cluster:
+        """Start it.
+
+        Raises:
+            SystemExit: the scheduler does not start.
+        """
+        file = self._folder / "scheduler.json"
+        self._start("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file))
+        end = time.monotonic() + _STARTS_S
+        while not (file.exists() and file.stat().st_size):
+            if time.monotonic() > end:
+                raise SystemExit("no Dask scheduler starts here; is the extra `cluster` installed?")
+            time.sleep(0.1)
+        self.address = json.loads(file.read_text())["address"]
+        for _ in range(self._size):
+            self._add()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End all that runs."""
+        self._stack.close()
+
+    def lose_one(self) -> None:
+        """Kill a worker, and start another."""
+        self._workers[0].kill()
+        self._add()
+
+    def _add(self) -> None:
+        self._workers.append(self._start("worker", self.address, "--no-nanny", "--nthreads", "1"))
+
+    def _start(self, part: str, *words: str) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-m", f"distributed.cli.dask_{part}", *words, "--no-dashboard"]
+        process = subprocess.Popen(command, cwd=self._folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self._stack.callback(process.wait)
+        self._stack.callback(process.kill)
+        return process
 
 
 def _paired(folder: Path, options: argparse.Namespace) -> dict[str, Any]:
@@ -82,7 +138,7 @@ def _paired(folder: Path, options: argparse.Namespace) -> dict[str, Any]:
     costs: dict[int, list[float]] = {1: [], options.jobs: []}
     for turn in range(options.turns):
         for jobs in list(rates)[:: 1 if turn % 2 else -1]:
-            run = _Sweep(folder, f"turn{turn}.{jobs}", options.paired, jobs)
+            run = _Sweep(folder, f"turn{turn}.{jobs}", options.paired, jobs, options.set)
             measured = run.run()
             rates[jobs].append(measured["flights_s"])
             costs[jobs].append(measured["cpu_s_of_a_flight"])
@@ -94,22 +150,33 @@ def _paired(folder: Path, options: argparse.Namespace) -> dict[str, Any]:
 class _Sweep:
     """One sweep in a folder of its own, as a process."""
 
-    def __init__(self, folder: Path, name: str, n: int, jobs: int) -> None:
+    def __init__(self, folder: Path, name: str, n: int, jobs: int, settings: Sequence[str]) -> None:
         self._folder, self._out, self._n, self._jobs = folder, folder / name, n, jobs
+        self._words = [*_VARIED, *(word for setting in settings for word in ("--set", setting))]
 
     @property
     def table(self) -> str:
         """The hash of its table."""
         return hashlib.sha256((self._out / "flights.parquet").read_bytes()).hexdigest()
 
-    def run(self, kill_at: int | None = None) -> dict[str, Any]:
-        """Fly what is missing, or until so many flights are there and it is killed; return speed and memory."""
-        command = [sys.executable, "-m", "sternplane.cli.main", "sweep", "--scenario", "minute.toml", *_VARIED]
-        command += ["--n", str(self._n), "--jobs", str(self._jobs), "--out", str(self._out)]
+    def run(
+        self, cluster: _Cluster | None = None, *, kill_at: int | None = None, lose_at: int | None = None
+    ) -> dict[str, Any]:
+        """Fly what is missing; return speed and memory.
+
+        Args:
+            cluster: who flies; None: processes of its own.
+            kill_at: so many flights are there when it is killed.
+            lose_at: so many are there when the cluster loses a worker.
+        """
+        command = [sys.executable, "-m", "sternplane.cli.main", "sweep", "--scenario", "minute.toml", *self._words]
+        command += ["--n", str(self._n), "--out", str(self._out)]
+        command += ["--dask", cluster.address] if cluster else ["--jobs", str(self._jobs)]
         times: list[tuple[int, float]] = []
         memory: list[tuple[int, float, float]] = []
         before, there = _processor_s(), self._done()
-        with subprocess.Popen(command, cwd=self._folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as child:
+        print(f"{self._out.name}: {self._n} flights, {self._jobs} at once, {there} are there", file=sys.stderr)
+        with subprocess.Popen(command, cwd=self._folder, stdout=subprocess.DEVNULL) as child:
             last = 0.0
             while child.poll() is None:
                 done, now = self._done(), time.monotonic()
@@ -120,11 +187,12 @@ class _Sweep:
                     memory.append((done, _resident(child.pid), max(map(_resident, _children(child.pid)), default=0.0)))
                 if kill_at is not None and done >= kill_at:
                     child.send_signal(signal.SIGKILL)
+                if cluster and lose_at is not None and done >= lose_at:
+                    cluster.lose_one()
+                    lose_at = None
                 time.sleep(0.05)
-            assert child.stderr is not None
-            said = child.stderr.read().decode()
         if child.returncode not in (0, -signal.SIGKILL):
-            raise SystemExit(f"the sweep ended with {child.returncode}: {said[-2000:]}")
+            raise SystemExit(f"the sweep ended with {child.returncode}")
         begun = [one for one in times if one[0] >= self._jobs] or times
         (first, since), (last_done, until) = begun[0], begun[-1]
         return {
