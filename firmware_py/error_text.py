@@ -17,10 +17,6 @@ _REPR.maxstring = _REPR.maxother = _REPR.maxlong = _QUOTED_MAX
 _REPR.maxlist = _REPR.maxdict = 8
 
 
-FAILURES = (Exception, SystemExit)
-"""What a part of one's own may raise: one that calls sys.exit is wrong too. Ctrl-C ends the program as ever."""
-
-
 def quoted(value: Any) -> str:
     """Return a value as an error text repeats it: as Python writes it, cut where it is long."""
     if isinstance(value, int) and value.bit_length() > _LONGEST_INTEGER:
@@ -56,7 +52,9 @@ def failure_text(error: BaseException) -> str:
     """Return what a part of one's own raised, its kind and what it says, as one line; what it says may fail too."""
     try:
         said = one_line(error)
-    except FAILURES:
+    except KeyboardInterrupt:
+        raise
+    except BaseException:
         said = ""
     return f"{type(error).__name__}: {said}" if said else type(error).__name__
 

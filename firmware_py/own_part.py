@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
 
-from firmware_py.error_text import FAILURES, failure_text, shortened
+from firmware_py.error_text import failure_text, shortened
 from firmware_py.foreign_text import visible
 from firmware_py.params import ParamError
 from firmware_py.records.event import Event, EventKind, event
@@ -75,11 +75,15 @@ class OwnClass(NamedTuple, Generic[P]):
         """
         try:
             part = self.cls(vehicle, self.params)
-        except FAILURES as error:
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
             raise ParamError(f"{kind} {self.name} cannot be made: {_reason(error)}") from error
         try:
             part.freeze()
-        except FAILURES as error:
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
             raise ParamError(no_data(f"{kind} {self.name}", _reason(error))) from error
         return part
 
@@ -117,7 +121,9 @@ class Guard(Generic[P]):
                 self.part.reset()
             self._last = k
             return answer(self.part)
-        except FAILURES as error:  # whatever somebody's code may raise
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # whatever somebody's code may raise
             self._fail(error)
             return None
 
@@ -135,7 +141,9 @@ class Guard(Generic[P]):
         own = None
         try:
             own = self.part.freeze()
-        except FAILURES as error:
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
             self._fail(error)
         return GuardMemory(self.failure, self._last, own)
 
@@ -144,7 +152,9 @@ class Guard(Generic[P]):
         self.failure, self._last = memory.failure, memory.last
         try:
             self.part.thaw(memory.own)
-        except FAILURES as error:
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
             self._fail(error)
 
     def _fail(self, error: BaseException) -> None:

@@ -19,7 +19,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, TypeVar
 
-from firmware_py.error_text import FAILURES, failure_text, probably, shortened
+from firmware_py.error_text import failure_text, probably, shortened
 from firmware_py.params import ParamError
 
 T = TypeVar("T")
@@ -91,7 +91,9 @@ def _entry_point(name: str, group: str, built_in: tuple[str, ...]) -> Any:
         )
     try:
         return installed[name].load()
-    except FAILURES as error:  # whatever somebody's code may raise
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # whatever somebody's code may raise
         raise ParamError(f"{name}: {installed[name].value} cannot be imported ({failure_text(error)})") from error
 
 
@@ -107,7 +109,9 @@ def _in_module(name: str) -> Any:
         found: Any = importlib.import_module(module)
         for step in path.split("."):
             found = getattr(found, step)
-    except FAILURES as error:  # whatever somebody's code may raise
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # whatever somebody's code may raise
         missing = isinstance(error, ModuleNotFoundError) and error.name == module.partition(".")[0]
         remedy = "; install it, or name its folder: PYTHONPATH=DIR" if missing else ""
         raise ParamError(f"{name}: cannot be imported ({failure_text(error)}){remedy}") from error

@@ -13,7 +13,7 @@ import numpy as np
 
 from firmware_py.adapters.buses.can_bus import FramePort
 from firmware_py.adapters.own_parts import find
-from firmware_py.error_text import FAILURES, failure_text, quoted
+from firmware_py.error_text import failure_text, quoted
 from firmware_py.params import ParamError, load, named_values, param
 from firmware_py.wire.dronecan.message_table import KEY_VALUE
 from firmware_py.wire.dronecan.node_messages import KEY_LONGEST, KeyValue
@@ -83,7 +83,9 @@ class PayloadDevice:
         given = load(cls.Params, params.own, f"{where}: own")
         try:
             self._own = cls(given)
-        except FAILURES as error:
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
             raise ParamError(f"{where}: {name} cannot be made: {failure_text(error)}") from error
         self._name, self._base_hz = name, base_hz
         self._keys = [_key(key, f"{where}: {name}") for key in self._own.keys]
@@ -110,7 +112,9 @@ class PayloadDevice:
     def _measured(self, plant: Plant, chance: np.random.Generator) -> tuple[float, ...]:
         try:
             values = tuple([float(value) for value in self._own.measure(plant, chance)])
-        except FAILURES as error:  # whatever somebody's code may raise
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # whatever somebody's code may raise
             raise ParamError(f"sensor {self._name} failed at {plant.t:.2f} s: {failure_text(error)}") from error
         if len(values) != len(self._keys):
             raise ParamError(f"sensor {self._name} measured {len(values)} values for {len(self._keys)} keys")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import threading
 import tomllib
 from pathlib import Path
@@ -59,9 +60,20 @@ class Unspeakable(Exception):
         raise RuntimeError
 
 
+class Panic(BaseException):
+    """As extensions in Rust raise it."""
+
+
 @pytest.mark.parametrize(
     ("raised", "said"),
-    [(SystemExit(0), "SystemExit: 0"), (Unspeakable(), "Unspeakable"), (ValueError("\x1b[2J"), "ValueError: \\x1b[2J")],
+    [
+        (SystemExit(0), "SystemExit: 0"),
+        (asyncio.CancelledError(), "CancelledError"),
+        (GeneratorExit(), "GeneratorExit"),
+        (Panic("index"), "Panic: index"),
+        (Unspeakable(), "Unspeakable"),
+        (ValueError("\x1b[2J"), "ValueError: \\x1b[2J"),
+    ],
 )
 def test_however_it_fails_the_built_in_one_goes_on(raised: BaseException, said: str) -> None:
     def fail(_: OwnPart) -> None:
