@@ -95,10 +95,9 @@ def read_configuration(
     configuration = {
         "files": {name: str(path) for name, path in files.items()},
         "vehicle": _multiplied(files["vehicle"], factors) if factors else read_toml(files["vehicle"]),
-        "autopilot": read_table(AutopilotParams, files["autopilot"], over or {}),
+        "autopilot": _autopilot(files["autopilot"], over or {}, of_file(settings, "autopilot")),
         "changed": {},
     }
-    configuration["autopilot"] = _without_replaced(configuration["autopilot"], of_file(settings, "autopilot"))
     for name, cls in FILES.items():
         if of_this := of_file(settings, name):
             configuration[name], where = lay_settings(cls, configuration[name], of_this, str(files[name]))
@@ -106,15 +105,20 @@ def read_configuration(
     return with_kept_changes(configuration, state)
 
 
-def _without_replaced(autopilot: Mapping[str, Any], settings: Sequence[Setting]) -> dict[str, Any]:
-    """Return autopilot.toml's table without parameters of parts of one's own that settings replace by built-in ones."""
-    table, chosen = dict(autopilot), {".".join(setting.path): setting.value for setting in settings}
+def _autopilot(path: Path, over: Mapping[str, Any], settings: Sequence[Setting]) -> dict[str, Any]:
+    """Return the table of autopilot.toml under `over`; parameters of a part of one's own go with the part.
+
+    So another one that `over` or the settings put in its place has no parameters but those that they give.
+    """
+    table = read_table(AutopilotParams, path, {})
+    chosen = {".".join(setting.path): setting.value for setting in settings}
     for kind in KINDS.values():
-        own, built_in = table.get(kind.table, {}), choice_names(kind.built_in)
-        was = own.get(kind.key.partition(".")[2])
-        if is_part_name(was, built_in) and not is_part_name(chosen.get(kind.key, was), built_in):
-            table[kind.table] = {key: value for key, value in own.items() if key != "own"}
-    return table
+        laid, key = table.get(kind.table, {}), kind.key.partition(".")[2]
+        was = laid.get(key)
+        now = chosen.get(kind.key, over.get(kind.table, {}).get(key, was))
+        if is_part_name(was, choice_names(kind.built_in)) and now != was:
+            table[kind.table] = {name: value for name, value in laid.items() if name != "own"}
+    return _under(AutopilotParams, table, path, over)
 
 
 def with_kept_changes(configuration: Configuration, state: Path | None) -> dict[str, Any]:
@@ -180,6 +184,10 @@ def read_table(cls: type[Any], path: Path, over: Mapping[str, Any]) -> dict[str,
     """
     table = read_toml(path)
     load(cls, table, str(path))
+    return _under(cls, table, path, over)
+
+
+def _under(cls: type[Any], table: dict[str, Any], path: Path, over: Mapping[str, Any]) -> dict[str, Any]:
     if over:
         table = merge(table, over)
         load(cls, table, f"{path} under the scenario's [{path.stem}]")

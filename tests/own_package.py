@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 _CODE = """
@@ -44,7 +45,8 @@ _ENTRY_POINTS = "[sternplane.laws]\ntiny = tiny_laws:Tiny\ntiny_broken = tiny_la
 
 
 def install(folder: Path) -> None:
-    """Install it into a folder of `sys.path`."""
+    """Install it into a folder of `sys.path`; one of another folder that was imported before is forgotten."""
+    sys.modules.pop("tiny_laws", None)
     information = folder / "tiny_laws-0.3.dist-info"
     information.mkdir(parents=True)
     (folder / "tiny_laws.py").write_text(_CODE)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
@@ -10,6 +12,7 @@ import pytest
 from firmware_py import app, config_files
 from firmware_py.adapters import own_parts
 from firmware_py.chosen_parts import chosen, described, refuse_no_data
+from firmware_py.own_parts import OwnParts
 from firmware_py.params import ParamError
 from firmware_py.part_name import PartName
 from firmware_py.records.order import ParameterChange
@@ -41,20 +44,29 @@ def test_it_is_found_by_entry_point_and_by_module(package: Path, name: str) -> N
     assert told["package"] == "tiny-laws 0.3"
 
 
-def test_a_built_in_law_that_is_set_takes_the_place_of_one_s_own_with_its_parameters(package: Path) -> None:
+def test_another_part_takes_the_place_of_the_file_s_with_its_parameters(
+    package: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
     """Else the same configuration could not be flown with both, to compare them."""
-    own = {"control": {"law": "tiny", "own": {"k": 3.0}}}
+    folder = shutil.copytree(SHIPPED, tmp_path_factory.mktemp("mine") / "mine")
+    text = (folder / "autopilot.toml").read_text()
+    (folder / "autopilot.toml").write_text(text.replace('law = "sliding"', 'law = "tiny"\nown = { k = 3.0 }', 1))
 
-    def read(*texts: str) -> dict:
+    def read(*texts: str, over: Mapping[str, object] | None = None) -> OwnParts:
         settings = [parse_setting(text, config_files.FILES) for text in texts]
-        found = config_files.read_configuration(SHIPPED, own, settings=settings)
-        return {**found, "mission": {"waypoints": []}, "kept": {}}
+        found = config_files.read_configuration(folder, over and {"control": over}, settings=settings)
+        return chosen({**found, "mission": {"waypoints": []}, "kept": {}})
 
-    assert chosen(read("autopilot.control.law=sliding")).law is None
-    assert chosen(read("autopilot.control.own.k=5.0")).law.params.k == 5.0
-    assert chosen(read("autopilot.control.law=tiny_laws:Tiny")).law.params.k == 3.0
-    with pytest.raises(ParamError, match=r"names no part of one's own"):
-        chosen(read("autopilot.control.law=sliding", "autopilot.control.own.k=5.0"))
+    assert read().law.params.k == 3.0
+    assert read("autopilot.control.own.k=5.0").law.params.k == 5.0
+    assert read(over={"own": {"k": 6.0}}).law.params.k == 6.0
+    assert read("autopilot.control.law=sliding").law is read(over={"law": "pid"}).law is None
+    assert read("autopilot.control.law=tiny_laws:Keeper").law.cls.__name__ == "Keeper"  # which has no parameters
+    assert read(over={"law": "tiny_laws:Tiny", "own": {"k": 2.0}}).law.params.k == 2.0
+    assert read("autopilot.control.law=tiny", over={"law": "pid"}).law.params.k == 3.0
+    for words in (("autopilot.control.law=sliding", "autopilot.control.own.k=5.0"), ("autopilot.control.law=pid",)):
+        with pytest.raises(ParamError, match=r"names no part of one's own"):
+            read(*words, over={"own": {"k": 6.0}})
 
 
 @pytest.mark.parametrize(
