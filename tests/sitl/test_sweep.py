@@ -212,6 +212,23 @@ def test_a_flight_that_cannot_be_flown_ends_no_sweep_and_a_row_flies_again(here:
     assert (other.returncode, "--law: errors holds a sweep, which goes on as it began" in other.stderr) == (2, True)
 
 
+def test_a_truth_that_derives_from_another_folder_is_frozen_whole(here: Path) -> None:
+    """Every flight was an error, for the vehicle file was not there."""
+    boat = shutil.copytree(configs() / "torpedo_x", here / "boat")
+    (here / "base").mkdir()
+    (boat / "vehicle.toml").rename(here / "base" / "vehicle.toml")
+    shutil.copy(configs() / "torpedo_x" / "vehicle.toml", boat / "vehicle.toml")
+    text = (boat / "truth.toml").read_text()
+    (boat / "truth.toml").write_text(text.replace('derives = "vehicle.toml"', 'derives = "../base/vehicle.toml"'))
+    words = ("--config", "boat", "--vary", "vehicle.M_q=±10%", "--n", "1", "--worst", "0", "--no-report")
+    done = called("sweep", "--scenario", "brief.toml", *words, "--out", "out", cwd=here)
+    assert done.returncode == 0, done.stderr
+    (here / "base" / "vehicle.toml").write_text("")  # what is frozen changes no more
+    done = called("sweep", "--out", "out", "--again", "0", "--no-report", cwd=here)
+    assert done.returncode == 0, done.stderr
+    assert "came out otherwise" not in done.stderr
+
+
 def test_the_worst_leave_their_logs_and_a_page_says_what_goes_with_failures(here: Path) -> None:
     words = ("sweep", "--scenario", "brief.toml", "--vary", "truth.current=0..0.3", "--n", "9", "--out", "page")
     done = called(*words, "--judge", "navigation_error_end_m", "--worst", "1", cwd=here)

@@ -4,21 +4,27 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from pathlib import Path
 
 from firmware_py.adapters.storage.regular_file import FolderError, make_folder, read_regular
+from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.run.usage_error import UsageError
 from sim_bridge.scenarios import scenario_path
+from sim_bridge.truth_file import DERIVES
 from sternplane.campaign.files import write
 from sternplane.sitl.request import SCENARIOS, FlightRequest
 from sternplane.sweep.flight import SCENARIO_FILE
 
 FOLDER = "inputs"
-_IO = "io_sitl.toml"
+_IO, _TRUTH, _BASE = "io_sitl.toml", "truth.toml", "truth_derives.toml"
+_DERIVES = re.compile(rb"^\s*[\"']?" + DERIVES.encode() + rb"[\"']?\s*=.*$", re.MULTILINE)
 
 
 def files_of(request: FlightRequest) -> dict[str, bytes]:
     """Return the files of a request by the names that they have in a sweep.
+
+    A vehicle file elsewhere, from which the truth derives, is among them, under a name of its own.
 
     Raises:
         UsageError: one cannot be read.
@@ -26,7 +32,12 @@ def files_of(request: FlightRequest) -> dict[str, bytes]:
     io = request.io or request.config / _IO
     paths = {path.name: path for path in sorted(request.config.glob("*.toml")) if not path.name.startswith("io_")}
     paths |= {_IO: io, SCENARIO_FILE: scenario_path(request.scenario, SCENARIOS)}
-    return {name: _read(path) for name, path in paths.items()}
+    files = {name: _read(path) for name, path in paths.items()}
+    base = read_toml(request.config / _TRUTH).get(DERIVES)
+    if isinstance(base, str) and base not in files:
+        files[_BASE] = _read(request.config / base)
+        files[_TRUTH] = _DERIVES.sub(f'{DERIVES} = "{_BASE}"'.encode(), files[_TRUTH], count=1)
+    return files
 
 
 def freeze(files: dict[str, bytes], folder: Path) -> None:
