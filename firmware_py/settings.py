@@ -10,7 +10,6 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import functools
-import tomllib
 import types
 import typing
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -26,6 +25,7 @@ from firmware_py.params import (
     to_toml_value,
     toml_key,
 )
+from firmware_py.toml_text import text_of, value_of
 from firmware_py.units import UNITS
 
 Files = Mapping[str, type[Any]]
@@ -68,12 +68,19 @@ def parse_setting(text: str, files: Files) -> Setting:
     if not equals or not value.strip():
         raise ParamError(f"--set {shortened(text)}: write FILE.KEY=VALUE, such as vehicle.M_q=-0.05")
     file, path = resolve_key(key.strip(), files)
-    return Setting(file, path, _value(value.strip()))
+    return Setting(file, path, value_of(value))
 
 
 def setting_text(key: str, value: Any) -> str:
-    """Return the text from which `parse_setting` makes a number, truth value, text, or list of them again."""
-    return f"{key}={_toml(value)}"
+    """Return the text from which `parse_setting` makes a value again.
+
+    Raises:
+        ParamError: no file can have such a value.
+    """
+    try:
+        return f"{key}={text_of(value)}"
+    except ParamError as error:
+        raise ParamError(f"--set {key} = {error}") from None
 
 
 def resolve_key(key: str, files: Files) -> tuple[str, tuple[str, ...]]:
@@ -265,22 +272,3 @@ def _index(entries: Sequence[Any], word: str, where: str) -> int:
         return int(word)
     known = [name for name in names if name] or ([f"0 to {len(entries) - 1}"] if entries else ["none"])
     raise ParamError(f"{where}: there is no entry {quoted(word)}; there: {', '.join(known)}")
-
-
-def _value(text: str) -> Any:
-    """Return a value that is written as in TOML; any other text is a text."""
-    try:
-        table = tomllib.loads(f"value = {text}")
-    except (ValueError, RecursionError):
-        return text
-    return table["value"] if len(table) == 1 else text
-
-
-def _toml(value: Any) -> str:
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_toml, value))}]"
-    if hasattr(value, "item"):  # a number of numpy
-        value = value.item()
-    if isinstance(value, bool):
-        return str(value).lower()
-    return value if isinstance(value, str) else repr(value)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from datetime import date
 
+import numpy as np
 import pytest
 
 from firmware_py import config_files
@@ -110,10 +112,29 @@ def test_a_value_that_cannot_be_names_file_and_key(text: str, said: str) -> None
         laid(text)
 
 
-@pytest.mark.parametrize("value", [0.1 + 0.2, -3e-17, 5, True, "pid", [0.1, -2.0], 1e300])
+@pytest.mark.parametrize(
+    "value",
+    [
+        *(0.1 + 0.2, -3e-17, 5, True, 1e300),
+        *("pid", "1", "true", "nan", "2020-01-01", "[1]", '"M_q"', "", " a ", "two\nlines \\ \x7f", "Vår båt", "a,b"),
+        *([0.1, -2.0], ["M_q", "M_ds"], ["1", 'a "b"', True], [], {"k": 2.0, "of a": ["b"]}),
+    ],
+)
 def test_a_value_comes_back_from_its_text_to_the_last_bit(value: object) -> None:
     again = parse_setting(setting_text("hull.length", value), FILES).value
     assert (again, type(again)) == (value, type(value))
+
+
+def test_numbers_and_arrays_of_numpy_are_set_as_those_of_python_and_a_plain_text_stays_as_it_is() -> None:
+    assert setting_text("a.b", np.array([0.5, 2.0])) == "a.b=[0.5, 2.0]"
+    assert (setting_text("a.b", np.float64(0.1)), setting_text("a.b", np.bool_(False))) == ("a.b=0.1", "a.b=false")
+    assert setting_text("a.b", "pid") == "a.b=pid"
+
+
+@pytest.mark.parametrize("value", [None, [1, None], object(), date(2020, 1, 1), {1.0, 2.0}])
+def test_what_no_file_can_have_is_refused_before_it_becomes_a_text(value: object) -> None:
+    with pytest.raises(ParamError, match=r"^--set a\.b = .*must be a number, true or false, a text"):
+        setting_text("a.b", value)
 
 
 def test_what_is_set_holds_upon_the_scenario_and_below_nothing_but_stations(tmp_path) -> None:

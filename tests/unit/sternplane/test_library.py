@@ -59,6 +59,9 @@ def test_a_configuration_by_name_by_folder_and_with_values_set() -> None:
     assert by_name.vehicle.name == "REMUS 100"
     other = sternplane.load("remus100", set={"vehicle.M_q": -0.02, "truth.M_q": -0.03, "sensors.dvl.rate": 2})
     assert (other.vehicle.coefficients.M_q, other.truth.coefficients.M_q, other.sensors.dvl.rate) == (-0.02, -0.03, 2)
+    names = {"autopilot.estimation.coefficients.names": ["M_q", "M_ds"], "vehicle.name": "100"}
+    texts = sternplane.load("remus100", set=names)
+    assert (texts.autopilot.estimation.coefficients.names, texts.vehicle.name) == (("M_q", "M_ds"), "100")
     assert sternplane.load("configs/remus100").vehicle == by_name.vehicle
     with pytest.raises(sternplane.ParamError, match="nor a shipped vehicle of that name: npsauv2, remus100"):
         sternplane.load("remus101")

@@ -47,6 +47,8 @@ def test_what_is_relative_is_so_to_what_flies(demo) -> None:
     assert parse_axis("sensors.dvl.rate=2..8", demo).whole
     assert parse_axis("autopilot.control.law=sliding,pid", demo).choices == ("sliding", "pid")
     assert parse_axis("truth.current_ned=[0,0.1,0],[0.1,0,0]", demo).choices == ((0, 0.1, 0), (0.1, 0, 0))
+    names = parse_axis('autopilot.estimation.coefficients.names=["M_q"],["M_q","M_ds"]', demo)
+    assert names.choices == (("M_q",), ("M_q", "M_ds"))
 
 
 @pytest.mark.parametrize(
@@ -139,6 +141,10 @@ def test_a_flight_has_to_the_last_bit_the_values_of_its_row() -> None:
     flown = prepare(FlightRequest("demo", seed=job.seed, settings=job.settings), {})
     assert flown.vehicle.coefficients.M_q == job.values["vehicle.coefficients.M_q"]
     assert flown.header()["settings"]["truth.current_m_s"] == job.values["truth.current_m_s"]
+    texts = (Axis("autopilot.estimation.coefficients.names", choices=(("M_q",),)), Axis("vehicle.name", choices=("1",)))
+    job = Flights(plan(axes=texts), "sliding").job(4)
+    flown = prepare(FlightRequest("demo", seed=job.seed, settings=job.settings), {})
+    assert (flown.params.estimation.coefficients.names, flown.vehicle.name) == (("M_q",), "1")
 
 
 def test_a_plan_comes_back_from_its_file_and_another_is_refused(tmp_path) -> None:
@@ -146,6 +152,8 @@ def test_a_plan_comes_back_from_its_file_and_another_is_refused(tmp_path) -> Non
     write(path, json.dumps({"plan": mine.plain(), "law": "pid", "samples": mine.scenario}))
     assert read_plan(path)[0] == mine
     assert axis_of(mine.axes[1].plain()) == mine.axes[1]
+    lists = Axis("autopilot.estimation.coefficients.names", choices=(("M_q",), ("M_q", "M_ds")))
+    assert axis_of(json.loads(json.dumps(lists.plain()))) == lists
     refuse_other(mine, mine, tmp_path)
     with pytest.raises(UsageError, match=r"another --n, 5, here 6; choose another --out"):
         refuse_other(mine, mine._replace(n=6), tmp_path)

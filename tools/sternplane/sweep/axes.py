@@ -80,7 +80,8 @@ class Axis(NamedTuple):
 
 def axis_of(found: dict[str, Any]) -> Axis:
     """Return the axis of `Axis.plain`."""
-    return Axis(**{**found, "choices": tuple(found.get("choices", ()))})
+    choices = [tuple(value) if isinstance(value, list) else value for value in found.get("choices", ())]
+    return Axis(**{**found, "choices": tuple(choices)})
 
 
 def parse_axis(text: str, flight: Flight) -> Axis:
