@@ -106,6 +106,31 @@ def test_a_derivative_that_no_law_can_do_without_is_not_dropped_for_its_unit(
         imported(tmp_path, rows, {"Yuv": unit_of_it})
 
 
+@pytest.mark.parametrize(
+    "driving",
+    [
+        *({"Xudot": 0.93}, {"Yvdot": 35.5}, {"Zwdot": 35.5}, {"Kpdot": 0.07}, {"Mqdot": 4.88}, {"Nrdot": 4.88}),
+        *({"Xuu": 1.62}, {"Xu": 3.0}, {"Y_v|v|": 131.0}, {"Zww": 131.0}, {"Kpp": 0.13}, {"Mqq": 188.0}, {"Nrr": 94.0}),
+        *({"Yuv": 28.6}, {"Zw": 28.6}, {"K_p": 0.1}, {"Muq": 2.0}, {"Nr": 2.0}, {"Xudot": 0.93, "Nrr": 94.0}),
+    ],
+)
+def test_added_mass_and_damping_that_would_drive_the_motion_are_refused_with_what_to_write(
+    tmp_path: Path, driving: dict[str, float]
+) -> None:
+    base = HULL | {elsewhere(name): si(name) for name in NEEDED - {"Y_v", "Z_w", "M_q", "N_r"}}
+    given = ", ".join([f"{name} = {value:g}" for name, value in driving.items()])
+    write = ", ".join([f"{-value:g}" for value in driving.values()])
+    with pytest.raises(ParamError, match=rf"{re.escape(given)}: must be below 0: .*; write {re.escape(write)}$"):
+        imported(tmp_path, base | driving)
+
+
+def test_one_of_two_that_are_summed_may_drive_and_so_may_what_other_motions_do(tmp_path: Path) -> None:
+    base = HULL | {elsewhere(name): si(name) for name in NEEDED}
+    found = imported(tmp_path, base | {"Yv": 5.0, "Yrdot": 40.0, "Yrr": 0.6, "Xvv": 2.0, "Xuu": 0.0})
+    assert found.vehicle["coefficients"]["Y_v"] < 0.0
+    assert [(row.name, row.remark) for row in found.converted.lost if row.name == "Xuu"] == [("Xuu", "no drag")]
+
+
 def test_degrees_become_radians(tmp_path: Path) -> None:
     base = HULL | {elsewhere(name): si(name) for name in NEEDED - {"N_dr"}}
     found = imported(tmp_path, {**base, "Nuudr": si("N_dr") * math.pi / 180.0}, {"Nuudr": "kg/deg"})

@@ -17,6 +17,7 @@ from firmware_py.error_text import quoted, shortened
 from firmware_py.params import ParamError
 from sternplane.vehicles.derivative_table import Entry
 from sternplane.vehicles.particulars import MissingError, Particulars, unknown_text
+from sternplane.vehicles.signs import refuse_driving
 from sternplane.vehicles.terms import OURS, Term, parse
 from sternplane.vehicles.units import Unit, parse_unit
 
@@ -67,8 +68,8 @@ def convert(entries: Iterable[Entry], hull: Particulars, required: Collection[st
         required: coefficients that no law can do without.
 
     Raises:
-        ParamError: two entries are the same derivative, one has an impossible value, or a required one a unit that it
-            cannot have.
+        ParamError: two entries are the same derivative, one has an impossible value or the wrong sign, or a required
+            one a unit that it cannot have.
     """
     entries = tuple(entries)
     _refuse_twice(entries, hull.where)
@@ -92,6 +93,7 @@ def convert(entries: Iterable[Entry], hull: Particulars, required: Collection[st
             squares.append((entry, full, value, remark))
         else:
             made.rows.append(_placed(made, entry.name, shown, full, value, remark))
+    refuse_driving(entries, made.coefficients, hull.where)
     _linearise(made, squares, hull)
     _turn_fins(made)
     return made
@@ -179,7 +181,7 @@ def _placed(made: Converted, name: str, shown: str, full: Term, value: float, re
     plain = full._replace(bars=False)
     if plain == Term("X", ("u", "u")):
         if not value < 0.0:
-            return Became(name, shown, "", "drag is negative here; write it so")
+            return Became(name, shown, "", "no drag")
         said = f"C_d0 {'+=' if 'C_d0' in made.drag else '='} {-value:.4g}"
         made.drag["C_d0"] = made.drag.get("C_d0", 0.0) - value
         return Became(name, shown, said, remark)
