@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -91,6 +92,17 @@ def test_a_flight_is_told_in_memory_and_the_same_again(flight: sternplane.Flight
     assert len(repr(flight)) < 500  # a prompt that shows it does not show the log
     again, other = sternplane.fly(SHORT, seed=3).recording, sternplane.fly(SHORT, seed=4).recording
     assert again.log.cycle_bytes == flight.recording.log.cycle_bytes != other.log.cycle_bytes
+
+
+def test_the_figures_of_a_flight_are_found_in_a_process_that_has_not_flown(
+    flight: sternplane.FlightResult, tmp_path: Path
+) -> None:
+    flown, kept = sternplane.fly(SHORT, seed=3, out=tmp_path), tmp_path / "flight.pickle"
+    kept.write_bytes(pickle.dumps(flown))
+    for source in (f"pickle.loads(pathlib.Path({str(kept)!r}).read_bytes())", f"sternplane.read({str(tmp_path)!r})"):
+        script = f"import pathlib, pickle, sternplane; print({source}.summary)"
+        done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=300, check=True)
+        assert done.stdout.strip() == str(flown.summary)
 
 
 def test_two_flights_at_once_in_one_process_do_not_meet(flight: sternplane.FlightResult) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -46,12 +45,10 @@ class FlightResult:
     log: Path | None
     doubts: tuple[str, ...] = ()
 
-    @cached_property
+    @property
     def summary(self) -> dict[str, Any]:
-        """The figures of the flight; `sternplane.logs.summary.summarise` explains them."""
-        from sternplane.logs.summary import summarise
-
-        return summarise(self.recording.log)
+        """The figures of the flight, those of its recording."""
+        return self.recording.summary
 
 
 def fly(

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from firmware_py.run.usage_error import UsageError
+from sternplane.library.kernels import ready
 from sternplane.logs import reading
 
 if TYPE_CHECKING:
@@ -78,6 +79,14 @@ class Recording:
     def events(self) -> list[tuple[float, str]]:
         """What happened: vehicle time, s, and a sentence."""
         return self.log.sentences
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """The figures of the flight, as in its summary.json; `sternplane.logs.summary.summarise` explains them."""
+        ready()
+        from sternplane.logs.summary import summarise
+
+        return summarise(self.log)
 
     def frame(self, every: int = 1, *, all: bool = False) -> pd.DataFrame:
         """Return a pandas table, one row a cycle, indexed by the vehicle time "t", s.
