@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Protocol
 
 from firmware_py.tick import Tick
-from sim_bridge.plant.plant import Plant, PlantError
+from sim_bridge.plant.plant import Plant
+from sim_bridge.plant.plant_error import PlantError
 from sim_bridge.truth_sample import TruthSample
 
 

@@ -16,7 +16,8 @@ from sim_bridge.faults.effects import EFFECTS
 from sim_bridge.faults.fault import Fault
 from sim_bridge.faults.overlap import Overlap
 from sim_bridge.faults.target import DeviceFaults, End, NodeFaults, Strike
-from sim_bridge.plant.plant import Plant, PlantError
+from sim_bridge.plant.plant import Plant
+from sim_bridge.plant.plant_error import PlantError
 
 _SLACK = 1e-9
 """Times of ticks are products that may be rounded under a fault's time, s."""

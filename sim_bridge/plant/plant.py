@@ -13,16 +13,13 @@ from firmware_py.marine import Eta, Nu
 from sim_bridge.plant.dynamics import MOTION, O, W, advance, observe
 from sim_bridge.plant.environment import Environment
 from sim_bridge.plant.packing import C, F, S, constants, fin_table, mass_matrix
+from sim_bridge.plant.plant_error import PlantError
 from sim_bridge.plant.truth import Truth, without_weight
 
 AT_SURFACE = Eta(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """At the origin, just immersed, level, heading north."""
 AT_REST = Nu(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 _advance = unchecked(advance)
-
-
-class PlantError(ValueError):
-    """Impossible commands or parameters, a state that became non-finite, or a vehicle that ran aground."""
 
 
 class Plant:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from firmware_py.records.order import Setpoint as Setpoint
     from firmware_py.run.usage_error import UsageError as UsageError
     from sim_bridge.devices.payload import PayloadSensor as PayloadSensor
+    from sim_bridge.plant.plant_error import PlantError as PlantError
     from sternplane.library.environment import DepthHeadingEnv as DepthHeadingEnv
     from sternplane.library.flights import FlightResult as FlightResult
     from sternplane.library.flights import fly as fly
@@ -47,6 +48,7 @@ _WHERE = {
     "LogError": "firmware_py.adapters.storage.recorder",
     "ParamError": "firmware_py.params",
     "PayloadSensor": "sim_bridge.devices.payload",
+    "PlantError": "sim_bridge.plant.plant_error",
     "Recording": "sternplane.library.recordings",
     "Setpoint": "firmware_py.records.order",
     "StateEstimator": "firmware_py.estimation.state_estimator",

@@ -14,7 +14,8 @@ from firmware_py import params
 from firmware_py.marine import Eta, Nu
 from sim_bridge.plant.environment import Environment, EnvironmentParams
 from sim_bridge.plant.packing import mass_matrix
-from sim_bridge.plant.plant import AT_REST, Plant, PlantError
+from sim_bridge.plant.plant import AT_REST, Plant
+from sim_bridge.plant.plant_error import PlantError
 from sim_bridge.plant.truth import FinStation, PlantDropWeight, PlantFin, Truth, without_weight
 
 from .plants import CENTRED, CRUISE, DEEP, TRIM, TRUTH, new_plant, run

@@ -37,6 +37,7 @@ def test_importing_it_imports_nothing_heavy_and_base_classes_compile_nothing() -
         "import sys, sternplane\n"
         f"print([name for name in {HEAVY} if name in sys.modules])\n"
         "sternplane.Law, sternplane.StateEstimator, sternplane.GuidanceLaw, sternplane.PayloadSensor, sternplane.fly\n"
+        "sternplane.PlantError, sternplane.ParamError, sternplane.LogError, sternplane.UsageError\n"
         "sternplane.read, sternplane.load, sternplane.make_plant, sternplane.plot\n"
         "print('numba' in sys.modules, [name for name in sternplane.__all__ if name not in dir(sternplane)])\n"
     )
@@ -76,7 +77,7 @@ def test_a_plant_obeys_its_fins_and_its_water() -> None:
     assert abs(plant.eta.psi) > 0.02
     assert plant.current_ned == (0.3, 0.0, 0.0)
     assert plant.altitude == pytest.approx(30.0 - plant.eta.z)
-    with pytest.raises(ValueError, match="3 fin angles for a vehicle with 4 fins"):
+    with pytest.raises(sternplane.PlantError, match="3 fin angles for a vehicle with 4 fins"):
         plant.step((0.0, 0.0, 0.0), 0.0)
     rough = [sternplane.make_plant(set={"truth.turbulence": 0.1}, seed=seed).current_ned for seed in (1, 1, 2)]
     assert rough[0] == rough[1] != rough[2]
@@ -172,6 +173,19 @@ def test_nothing_is_not_plotted() -> None:
         ({"params": {"law": {"k": 1.0}}}, "params: law: there is no such part of one's own"),
         ({"set": {"vehicle.M_qq": 1.0}}, "vehicle.M_qq: is unknown"),
         ({"faults": ["jam:rudder_upper"]}, "jam:rudder_upper"),
+        ({"set": ["vehicle.M_q=1"]}, "set = ['vehicle.M_q=1']: must be a dictionary, such as {'vehicle.M_q': -0.05}"),
+        ({"set": "vehicle.M_q=1"}, "set = 'vehicle.M_q=1': must be a dictionary"),
+        ({"scenario": 42}, "scenario = 42: must be the name of a scenario, a .toml file, or a dictionary"),
+        ({"scenario": None}, "scenario = None: must be"),
+        ({"config": None}, "config = None: must be a folder, or the name of a shipped vehicle: npsauv2, remus100"),
+        ({"config": 42}, "config = 42: must be"),
+        ({"faults": "jam:rudder"}, "jam:rudder"),
+        ({"faults": 42}, "faults = 42: must be a list of texts, such as ['jam:rudder_upper@20']"),
+        ({"faults": [42]}, "faults = [42]: must be a list of texts"),
+        ({"params": [1]}, "params = [1]: must be a dictionary, such as {'law': {'k': 2.0}}"),
+        ({"law": "mine", "params": {"law": 3}}, "params['law'] = 3: must be a dictionary, such as {'k': 2.0}"),
+        ({"sensors": 42}, "sensors = 42: must be a list of classes or names"),
+        ({"sensors": "nowhere"}, "nowhere: no installed package"),
         ({"sensors": ["nowhere"]}, "no installed package has an entry point of this name in sternplane.sensors"),
     ],
 )
@@ -180,6 +194,21 @@ def test_what_is_wrong_is_one_line(asked: dict, said: str) -> None:
         sternplane.fly(**{"scenario": SHORT, **asked})
     assert said in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_one_fault_may_be_a_text() -> None:
+    sound, *struck = (
+        sternplane.fly(SHORT, faults=given).recording.log.cycle_bytes
+        for given in ((), "silent:pressure@1", ["silent:pressure@1"])
+    )
+    assert sound != struck[0] == struck[1]
+
+
+def test_a_configuration_and_a_plant_are_asked_for_wrongly_in_one_line_too() -> None:
+    for wrong in ({"set": ["a"]}, {"config": None}):
+        for make in (sternplane.load, sternplane.make_plant):
+            with pytest.raises(sternplane.ParamError, match=f"^{next(iter(wrong))} = .*: must be a "):
+                make(**wrong)
 
 
 @pytest.mark.parametrize("seed", [-1, 1.5, "a", None, math.nan])

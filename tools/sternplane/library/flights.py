@@ -13,8 +13,8 @@ from firmware_py.adapters.own_parts import hand_in
 from firmware_py.params import ParamError
 from sternplane.library.kernels import ready
 from sternplane.library.recordings import Recording, read
-from sternplane.library.scenarios import Scenario, request_of
-from sternplane.library.vehicles import Settings
+from sternplane.library.scenarios import Scenario, list_of, request_of
+from sternplane.library.vehicles import Settings, mapping_of
 
 if TYPE_CHECKING:
     from firmware_py.own_part import OwnPart
@@ -77,7 +77,7 @@ def fly(
         sensors: of one's own, classes derived from `PayloadSensor` or their names; ten samples a second each.
         params: their parameters, such as {"law": {"k": 2.0}}; of a sensor by its class's name.
         seed: of noise, biases, dropouts and turbulence.
-        faults: as `--fault` has them, "jam:rudder_upper@20".
+        faults: as `--fault` has them, ["jam:rudder_upper@20"]; one alone may be a text.
         set: single values laid upon configuration files.
         out: folder to leave log.mcap in; by default the log is only in memory.
 
@@ -89,8 +89,11 @@ def fly(
     from sternplane.sitl.flight import fly as fly_prepared
     from sternplane.sitl.flight import prepare
 
-    given = dict(params or {})
-    over = _over(law, estimator, guidance, sensors, given)
+    given = {
+        part: mapping_of(f"params[{part!r}]", own, "{'k': 2.0}")
+        for part, own in mapping_of("params", params, "{'law': {'k': 2.0}}").items()
+    }
+    over = _over(law, estimator, guidance, list_of("sensors", sensors, "classes or names"), given)
     flight = prepare(request_of(scenario, config, seed=seed, faults=faults, over=over, set=set), {})
     with tempfile.TemporaryDirectory(prefix="sternplane-") as scratch:
         log = _log_in(Path(out)) if out is not None else Path(scratch) / "log.mcap"

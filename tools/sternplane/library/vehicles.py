@@ -8,7 +8,9 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from firmware_py.adapters.installation import configuration_folder
+from firmware_py.adapters.installation import configuration_folder, shipped_vehicles
+from firmware_py.error_text import quoted
+from firmware_py.params import ParamError
 from firmware_py.settings import setting_text
 from sternplane.library.kernels import ready
 
@@ -56,7 +58,7 @@ def load(config: str | PathLike[str] = "npsauv2", *, set: Settings | None = None
     from firmware_py import config_files
     from sternplane.sitl.request import FlightRequest, parse_settings, read_devices, read_scenario, read_truth
 
-    request = FlightRequest(config=configuration_folder(config), settings=texts_of(set))
+    request = FlightRequest(config=folder_of(config), settings=texts_of(set))
     settings = parse_settings(request.settings)
     tables = config_files.read_configuration(request.config, settings=settings)
     return Configuration(
@@ -68,6 +70,34 @@ def load(config: str | PathLike[str] = "npsauv2", *, set: Settings | None = None
     )
 
 
+def folder_of(config: str | PathLike[str]) -> Path:
+    """Return the folder of a configuration by what a person calls it.
+
+    Raises:
+        ParamError: it is no name and no path.
+    """
+    if not isinstance(config, str | PathLike):
+        known = ", ".join(shipped_vehicles())
+        raise ParamError(f"config = {quoted(config)}: must be a folder, or the name of a shipped vehicle: {known}")
+    return configuration_folder(config)
+
+
 def texts_of(settings: Settings | None) -> tuple[str, ...]:
-    """Return settings as `--set` has them."""
-    return tuple([setting_text(key, value) for key, value in (settings or {}).items()])
+    """Return settings as `--set` has them.
+
+    Raises:
+        ParamError: they are no dictionary, or have a value that no file can have.
+    """
+    given = mapping_of("set", settings, "{'vehicle.M_q': -0.05}")
+    return tuple([setting_text(key, value) for key, value in given.items()])
+
+
+def mapping_of(name: str, given: Mapping[str, Any] | None, example: str) -> Mapping[str, Any]:
+    """Return an argument that is a dictionary, or None for an empty one.
+
+    Raises:
+        ParamError: it is another thing.
+    """
+    if given is not None and not isinstance(given, Mapping):
+        raise ParamError(f"{name} = {quoted(given)}: must be a dictionary, such as {example}")
+    return given or {}

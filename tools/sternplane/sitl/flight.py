@@ -37,7 +37,7 @@ from sim_bridge.completion import Completion
 from sim_bridge.devices.devices import DevicesParams
 from sim_bridge.devices.line_device import line_losses
 from sim_bridge.hil_server import refuse_faults
-from sim_bridge.plant.plant import PlantError
+from sim_bridge.plant.plant_error import PlantError
 from sim_bridge.plant.truth import Truth, refuse_other_fins
 from sim_bridge.scenarios import Scenario
 from sim_bridge.scripted_operator import ScriptedOperator

@@ -37,7 +37,7 @@ from sim_bridge.devices.serial_line import SerialLine
 from sim_bridge.devices.tcp_line import TcpLine
 from sim_bridge.faults.fault import parse_fault
 from sim_bridge.lockstep_server import LockstepServer, accept_vehicle
-from sim_bridge.plant.plant import PlantError
+from sim_bridge.plant.plant_error import PlantError
 from sternplane.logs.truth_beside import TRUTH_FILE
 from sternplane.plain_console import PlainConsole
 from sternplane.sitl.flight import Flight, prepare

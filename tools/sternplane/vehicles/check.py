@@ -12,7 +12,7 @@ import numpy as np
 from firmware_py.number_text import signed
 from firmware_py.records.manoeuvrability import Manoeuvrability
 from firmware_py.vehicle.manoeuvrability import ManoeuvrabilityModel
-from sim_bridge.plant.plant import PlantError
+from sim_bridge.plant.plant_error import PlantError
 from sternplane.vehicles import dimensions, inversion, munk_moment, turning
 from sternplane.vehicles.finding import Finding, Grade, graded
 from sternplane.vehicles.limits import Files, contradictions, top_shaft

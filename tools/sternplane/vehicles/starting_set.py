@@ -23,7 +23,7 @@ from firmware_py.control.sliding_mode_design import sliding_surface
 from firmware_py.params import ParamError, load
 from firmware_py.vehicle.linear_models import LinearModel, steering_model
 from firmware_py.vehicle.vehicle import Vehicle
-from sim_bridge.plant.plant import PlantError
+from sim_bridge.plant.plant_error import PlantError
 from sim_bridge.plant.truth import Truth
 from sternplane.vehicles.inversion import CLEAR, inversion_speed
 from sternplane.vehicles.swum import steady_turn

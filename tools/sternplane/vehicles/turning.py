@@ -13,7 +13,7 @@ from firmware_py.control.sliding_mode_design import sliding_surface
 from firmware_py.number_text import signed
 from firmware_py.records.manoeuvrability import Manoeuvrability
 from firmware_py.vehicle.linear_models import steering_model
-from sim_bridge.plant.plant import PlantError
+from sim_bridge.plant.plant_error import PlantError
 from sim_bridge.plant.truth import Truth
 from sternplane.vehicles.finding import Finding, Grade, graded
 from sternplane.vehicles.limits import Files

@@ -20,7 +20,7 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.safety.gate import GateMemory
 from sim_bridge.build import plant_and_instruments
-from sim_bridge.plant.plant import PlantError
+from sim_bridge.plant.plant_error import PlantError
 from sim_bridge.truth_sample import TruthSample
 from sternplane.logs.tracking import Array
 from sternplane.sitl.flight import Flight
