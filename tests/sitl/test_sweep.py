@@ -339,6 +339,18 @@ def test_seeds_and_laws_alone_are_a_sweep(here: Path) -> None:
     assert (again.returncode, "4 of 4 flights are in out" in again.stderr) == (0, True), again.stderr
 
 
+@pytest.mark.parametrize("law", ["tiny_laws:Tiny", "tiny", "sliding"])
+def test_the_law_that_is_configured_is_named_as_it_is_written(
+    law: str, here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    install(here / "installed")
+    monkeypatch.syspath_prepend(here / "installed")
+    words = ("--set", f"autopilot.control.law={law}", "--seeds", "1:3", "--out", str(here / "out"))
+    flights, _, store = planned(parser().parse_args(["sweep", *words]), Console(quiet=True))
+    store.close()
+    assert flights.laws == (law,)
+
+
 def test_gains_of_a_law_of_ones_own_are_varied_beside_a_built_in_one(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

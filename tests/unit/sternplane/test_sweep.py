@@ -7,6 +7,7 @@ import math
 import random
 import re
 from contextlib import redirect_stdout
+from dataclasses import dataclass
 from io import StringIO
 
 import numpy as np
@@ -26,8 +27,16 @@ from sternplane.sweep.table import parquet
 from sternplane.sweep.worst import USEFUL, judged_by, outcome_text, refuse_unknown, worst
 
 from firmware_py.adapters.installation import configs
-from firmware_py.params import ParamError
+from firmware_py.adapters.own_parts import hand_in
+from firmware_py.own_parts import KINDS
+from firmware_py.params import ParamError, param
 from firmware_py.run.usage_error import UsageError
+
+
+@dataclass(frozen=True)
+class Gain:
+    k: float = param(4.0, low=0.0, high=20.0, doc="Gain.")
+    a: float = param(10.0, unit="deg", low=0.0, high=20.0, doc="Angle.")
 
 
 @pytest.fixture(scope="module")
@@ -49,6 +58,18 @@ def test_what_is_relative_is_so_to_what_flies(demo) -> None:
     assert parse_axis("truth.current_ned=[0,0.1,0],[0.1,0,0]", demo).choices == ((0, 0.1, 0), (0.1, 0, 0))
     names = parse_axis('autopilot.estimation.coefficients.names=["M_q"],["M_q","M_ds"]', demo)
     assert names.choices == (("M_q",), ("M_q", "M_ds"))
+
+
+def test_what_parts_of_ones_own_declare_is_known_of_every_kind_and_what_is_set_goes_before(demo) -> None:
+    named = {kind.key: hand_in(type(f"Own_{part}", (kind.base,), {"Params": Gain})) for part, kind in KINDS.items()}
+    chosen = tuple([f"autopilot.{key}={name}" for key, name in named.items()])
+    flight = prepare(FlightRequest("demo", settings=(*chosen, "autopilot.guidance.own.k=2")), {})
+    for table, now in (("control", 4.0), ("estimation", 4.0), ("guidance", 2.0)):
+        axis = parse_axis(f"autopilot.{table}.own.k=±50%", flight)
+        assert (axis.low, axis.high) == (0.5 * now, 1.5 * now)
+    assert math.isclose(parse_axis("autopilot.guidance.own.a_deg=±50%", flight).high, 15.0)
+    with pytest.raises(ParamError, match="has no value as it stands"):
+        parse_axis("autopilot.guidance.own.other=±50%", flight)
 
 
 @pytest.mark.parametrize(

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
 import tomllib
 from typing import Any, NamedTuple
 
 from firmware_py.error_text import quoted, shortened
-from firmware_py.params import ParamError
+from firmware_py.own_parts import KINDS
+from firmware_py.params import ParamError, dump
+from firmware_py.reconfiguration import AutopilotParams
 from firmware_py.settings import setting_text, value_at
 from sternplane.sitl.flight import Flight
 from sternplane.sitl.request import parse_settings
-from sternplane.sweep.own_keys import OWN
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _RANGE = re.compile(rf"(log:)?({_NUMBER})\.\.({_NUMBER})")
@@ -160,14 +162,21 @@ def _nominal(key: str, value: str, flight: Flight) -> tuple[str, Any]:
         return setting.key, math.degrees(math.atan2(sea[1], sea[0]))
     records = {
         "vehicle": flight.vehicle,
-        "autopilot": flight.params,
+        "autopilot": _with_defaults_of_own_parts(flight),
         "truth": flight.truth,
         "sensors": flight.devices,
         "io": flight.io,
         "scenario": flight.scenario,
     }
-    value = value_at(records[setting.file], setting.path, f"--vary {setting.key}")
-    own = flight.autopilot.reconfigurator.own.law
-    if value is None and own is not None and setting.key.startswith(OWN):  # its default, which no file has
-        value = value_at(own.params, setting.path[2:], f"--vary {setting.key}")
-    return setting.key, value
+    return setting.key, value_at(records[setting.file], setting.path, f"--vary {setting.key}")
+
+
+def _with_defaults_of_own_parts(flight: Flight) -> AutopilotParams:
+    """Return the parameters of the autopilot, where those of parts of one's own stand too that no file has."""
+    params, own = flight.params, flight.autopilot.reconfigurator.own
+    for field, kind in KINDS.items():
+        if part := getattr(own, field):
+            table = getattr(params, kind.table)
+            table = dataclasses.replace(table, own={**dump(part.params), **table.own})
+            params = dataclasses.replace(params, **{kind.table: table})
+    return params

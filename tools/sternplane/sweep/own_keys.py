@@ -9,7 +9,7 @@ from firmware_py.params import ParamError, choice_names
 from sternplane.sitl.request import parse_settings
 
 _BUILT_IN = choice_names(KINDS["law"].built_in)
-OWN = f"autopilot.{KINDS['law'].table}.own."
+_OWN = f"autopilot.{KINDS['law'].table}.own."
 """Before the names of its parameters."""
 
 
@@ -20,7 +20,7 @@ def is_own(law: str) -> bool:
 
 def takes(law: str, key: str) -> bool:
     """Return whether a law has a key, the whole one with the file before it; another own law's may be unknown to it."""
-    return is_own(law) or not key.startswith(OWN)
+    return is_own(law) or not key.startswith(_OWN)
 
 
 def taken(law: str, settings: Iterable[str]) -> tuple[str, ...]:

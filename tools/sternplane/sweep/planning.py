@@ -15,7 +15,7 @@ from firmware_py.error_text import shortened
 from firmware_py.run import version
 from firmware_py.run.run_folders import refuse_impossible, run_folder
 from firmware_py.run.usage_error import UsageError
-from firmware_py.settings import setting_text
+from firmware_py.settings import setting_text, value_at
 from sternplane.campaign.files import write
 from sternplane.campaign.line_store import LineStore
 from sternplane.campaign.seeds import seeds_of
@@ -182,8 +182,8 @@ def _try(request: FlightRequest, text: str) -> None:
 
 
 def _law(flight: Flight) -> str:
-    law = flight.params.control.law
-    return str(getattr(law, "name", law)).lower()
+    """Return the configured law as its file has it."""
+    return str(value_at(flight.params, LAW.split(".")[1:], LAW))
 
 
 def _tell(flights: Flights, folder: Path, console: Console) -> None:
