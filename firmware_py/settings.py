@@ -25,7 +25,7 @@ from firmware_py.params import (
     to_toml_value,
     toml_key,
 )
-from firmware_py.toml_text import text_of, value_of
+from firmware_py.toml_text import refuse_times, text_of, value_of
 from firmware_py.units import UNITS
 
 Files = Mapping[str, type[Any]]
@@ -62,13 +62,15 @@ def parse_setting(text: str, files: Files) -> Setting:
     """Return the setting of `FILE.KEY=VALUE`; a value that is not TOML is a text.
 
     Raises:
-        ParamError: not of this form, unknown or ambiguous; the text says what is meant probably.
+        ParamError: not of this form, unknown or ambiguous, or a date; the text says what is meant probably.
     """
     key, equals, value = text.partition("=")
     if not equals or not value.strip():
         raise ParamError(f"--set {shortened(text)}: write FILE.KEY=VALUE, such as vehicle.M_q=-0.05")
     file, path = resolve_key(key.strip(), files)
-    return Setting(file, path, value_of(value))
+    found = value_of(value)
+    refuse_times(found, f"--set {shortened(text)}")
+    return Setting(file, path, found)
 
 
 def setting_text(key: str, value: Any) -> str:

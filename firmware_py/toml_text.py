@@ -21,6 +21,20 @@ def value_of(text: str) -> Any:
     return table["value"] if len(table) == 1 else text
 
 
+def refuse_times(value: Any, where: str) -> None:
+    """Refuse a date or a time in a value, which TOML has and no key takes.
+
+    Raises:
+        ParamError: which it is; `where` stands before it.
+    """
+    if isinstance(value, list | tuple | Mapping):
+        for one in value.values() if isinstance(value, Mapping) else value:
+            refuse_times(one, where)
+    elif not isinstance(value, str | int | float):  # TOML has nothing else
+        said = "is a date or time, which no key takes; a text of it needs quotes"
+        raise ParamError(f"{where}: {value} {said}, '\"{value}\"'")
+
+
 def text_of(value: Any) -> str:
     """Return the text of which `value_of` makes a value again.
 

@@ -75,6 +75,11 @@ def test_a_key_may_be_short_where_one_alone_is_meant(given: str, key: str) -> No
         ("hull.length=", "FILE.KEY=VALUE"),
         ("hull.law.gain.x=1", "unknown"),
         ("hull..gain=1", "unknown"),
+        (
+            "hull.stds.M_q=2020-01-01",
+            r"^--set hull.stds.M_q=2020-01-01: 2020-01-01 is a date or time, which no key takes",
+        ),
+        ("hull.stds.of={M_q=[2020-01-01T07:00:00Z]}", r"2020-01-01 07:00:00\+00:00 is a date or time"),
     ],
 )
 def test_what_is_unknown_or_ambiguous_is_told_with_what_is_meant(text: str, said: str) -> None:

@@ -56,6 +56,7 @@ def test_what_is_relative_is_so_to_what_flies(demo) -> None:
     assert parse_axis("sensors.dvl.rate=2..8", demo).whole
     assert parse_axis("autopilot.control.law=sliding,pid", demo).choices == ("sliding", "pid")
     assert parse_axis("truth.current_ned=[0,0.1,0],[0.1,0,0]", demo).choices == ((0, 0.1, 0), (0.1, 0, 0))
+    assert parse_axis('vehicle.name="2020-01-01","b"', demo).choices == ("2020-01-01", "b")
     names = parse_axis('autopilot.estimation.coefficients.names=["M_q"],["M_q","M_ds"]', demo)
     assert names.choices == (("M_q",), ("M_q", "M_ds"))
 
@@ -87,6 +88,11 @@ def test_what_parts_of_ones_own_declare_is_known_of_every_kind_and_what_is_set_g
         ("truth.current=0..0.1..0.2", "write LOW..HIGH with two numbers"),
         ("truth.current={a=1},{a=2}", "values must be numbers, texts, or lists of these"),
         ("truth.current_ned=[[1]],[[2]]", "values must be numbers, texts, or lists of these"),
+        (
+            "vehicle.name=2020-01-01,2021-01-01",
+            "2020-01-01 is a date or time, which no key takes; a text of it needs quotes",
+        ),
+        ("vehicle.name=[07:30:00],[1]", "07:30:00 is a date or time"),
         ("sensors.dvl.rate=±1%", "the values are whole numbers, here all 5; write a wider range"),
         ("sensors.dvl.rate=1.2..1.4", "the values are whole numbers, here all 1; write a wider range"),
         ("scenario.zigzag.heading=±10%", "has no value as it stands; write LOW..HIGH, or a,b,c"),

@@ -13,6 +13,7 @@ from firmware_py.own_parts import KINDS
 from firmware_py.params import ParamError, dump
 from firmware_py.reconfiguration import AutopilotParams
 from firmware_py.settings import setting_text, value_at
+from firmware_py.toml_text import refuse_times
 from sternplane.sitl.flight import Flight
 from sternplane.sitl.request import parse_settings
 
@@ -143,6 +144,7 @@ def _choices(text: str, shown: str) -> tuple[Any, ...]:
         values = tomllib.loads(f"values = [{text}]")["values"]
     except (ValueError, RecursionError):
         values = [word.strip() for word in text.split(",")]
+    refuse_times(values, f"--vary {shown}")
     try:
         return tuple(dict.fromkeys(tuple(value) if isinstance(value, list) else value for value in values))
     except TypeError:  # tables, or lists of lists
