@@ -88,7 +88,7 @@ class PayloadDevice:
         except BaseException as error:
             raise ParamError(f"{where}: {name} cannot be made: {failure_text(error)}") from error
         self._name, self._base_hz = name, base_hz
-        self._keys = [_key(key, f"{where}: {name}") for key in self._own.keys]
+        self._keys = _keys(self._own, f"{where}: {name}")
         chance = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, params.node, *name.encode()])))
         self._sensor: Sensor[Plant, tuple[float, ...]] = Sensor(
             f"payload.{params.node}.{name}",
@@ -121,7 +121,18 @@ class PayloadDevice:
         return values
 
 
-def _key(key: str, where: str) -> bytes:
+def _keys(own: PayloadSensor, where: str) -> list[bytes]:
+    try:
+        keys = own.keys
+        listed = [] if isinstance(keys, str) else list(keys)
+    except FAILURES as error:  # whatever somebody's code may raise
+        raise ParamError(f"{where}: its keys cannot be read: {failure_text(error)}") from error
+    if isinstance(keys, str):
+        raise ParamError(f"{where}: keys = {quoted(keys)}: must be a list of texts, such as ({quoted(keys)},)")
+    return [_key(key, where) for key in listed]
+
+
+def _key(key: object, where: str) -> bytes:
     if not (isinstance(key, str) and key.isascii() and key.isprintable() and 0 < len(key) <= KEY_LONGEST):
         raise ParamError(f"{where}: key {quoted(key)}: must be 1 to {KEY_LONGEST} characters of ASCII")
     return key.encode()

@@ -208,6 +208,10 @@ def test_its_noise_is_the_seed_s_and_leaves_the_other_sensors_as_they_were() -> 
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
+        ({"keys": None}, "Wrong: its keys cannot be read: TypeError: 'NoneType' object is not iterable"),
+        ({"keys": property(lambda self: self.nowhere)}, "its keys cannot be read: AttributeError: "),
+        ({"keys": "depth"}, "keys = 'depth': must be a list of texts, such as ('depth',)"),
+        ({"keys": (None, 1)}, "key None: must be 1 to 58 characters of ASCII"),
         ({"keys": ("depth", "")}, "key '': must be 1 to 58 characters of ASCII"),
         ({"measure": lambda self, plant, chance: (1.0,)}, "measured 1 values for 2 keys"),
         ({"measure": lambda self, plant, chance: 1 / 0}, "failed at 0.00 s: ZeroDivisionError"),
