@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import enum
 import math
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -162,13 +163,18 @@ def known(folder: Path) -> tuple[str, ...]:
 def scenario_path(name: str, folder: Path) -> Path:
     """Return the file of the scenario `name` of a folder, or the file `name` if it ends in .toml.
 
+    A file of that folder may be called configs/scenarios/NAME.toml, or scenarios/NAME.toml, wherever the program was
+    started; one that exists goes before.
+
     Raises:
         ParamError: unknown; the known ones are listed.
     """
     is_file = name.endswith(".toml")
     if not is_file and name not in known(folder):
         raise ParamError(f"unknown scenario {quoted(name)}; known: {', '.join(known(folder)) or 'none'}")
-    return Path(name) if is_file else folder / f"{name}.toml"
+    path = Path(name) if is_file else folder / f"{name}.toml"
+    of_folder = path.parts[:-1] in ((folder.name,), (folder.parent.name, folder.name))
+    return folder / path.name if of_folder and not os.path.lexists(path) and path.stem in known(folder) else path
 
 
 def load_scenario(name: str, folder: Path) -> Scenario:

@@ -36,7 +36,10 @@ def main() -> int:
             "install the wheel": [*pip, str(wheel)],
             "the vehicle's own program": [python, "-m", "firmware_py", "--version"],
             "list the scenarios": [sternplane, "scenarios"],
-            "fly without what draws": [sternplane, "sitl", "--scenario", "zigzag", "--no-report"],
+            "fly without what draws": [
+                sternplane,
+                *"sitl --no-report --scenario configs/scenarios/zigzag.toml".split(),
+            ],
             "a shipped vehicle by its name": [sternplane, "vehicle", "check", "configs/remus100"],
             f"install [{EXTRAS}]": [*pip, f"{wheel}[{EXTRAS}]"],
             "fly the demonstration": [sternplane, "sitl"],

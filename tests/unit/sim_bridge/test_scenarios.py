@@ -10,7 +10,7 @@ import pytest
 
 from firmware_py.params import ParamError
 from firmware_py.records.order import Arming, Mode
-from sim_bridge.scenarios import Completes, known, load_scenario, parse
+from sim_bridge.scenarios import Completes, known, load_scenario, parse, scenario_path
 
 FOLDER = Path(__file__).resolve().parents[3] / "configs" / "scenarios"
 LEAST = {"description": "Nothing happens.", "duration_s": 10.0, "completes": "time"}
@@ -27,6 +27,28 @@ def test_every_shipped_scenario_can_be_read_and_describes_itself_in_a_sentence()
         assert all(cue.t < scenario.duration for cue in scenario.orders)
         deepest = max([scenario.start.depth, *(p.z for p in scenario.mission.waypoints)])
         assert scenario.environment.bottom_depth > deepest + 10
+
+
+@pytest.mark.parametrize(
+    "named", ["configs/scenarios/zigzag.toml", "scenarios/zigzag.toml", "./configs/scenarios/zigzag.toml"]
+)
+def test_a_shipped_scenario_is_found_by_its_file_from_any_folder_and_one_that_exists_is_that_file(
+    named: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert scenario_path(named, FOLDER) == FOLDER / "zigzag.toml"
+    assert load_scenario(named, FOLDER) == load_scenario("zigzag", FOLDER)
+    Path(named).parent.mkdir(parents=True)
+    Path(named).touch()
+    assert scenario_path(named, FOLDER) == Path(named)
+
+
+@pytest.mark.parametrize("named", ["zigzag.toml", "configs/scenarios/zigzug.toml", "mine/scenarios/zigzag.toml"])
+def test_another_file_that_there_is_not_stays_as_it_is(named: str, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert scenario_path(named, FOLDER) == Path(named)
+    with pytest.raises(ParamError, match=f"^{named}: "):
+        load_scenario(named, FOLDER)
 
 
 def test_the_demo_is_the_flight_that_was_promised():
