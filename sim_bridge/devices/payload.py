@@ -125,7 +125,9 @@ def _keys(own: PayloadSensor, where: str) -> list[bytes]:
     try:
         keys = own.keys
         listed = [] if isinstance(keys, str) else list(keys)
-    except FAILURES as error:  # whatever somebody's code may raise
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # whatever somebody's code may raise
         raise ParamError(f"{where}: its keys cannot be read: {failure_text(error)}") from error
     if isinstance(keys, str):
         raise ParamError(f"{where}: keys = {quoted(keys)}: must be a list of texts, such as ({quoted(keys)},)")

@@ -38,7 +38,7 @@ def main() -> int:
             "list the scenarios": [sternplane, "scenarios"],
             "fly without what draws": [
                 sternplane,
-                *"sitl --no-report --scenario configs/scenarios/zigzag.toml".split(),
+                *["sitl", "--no-report", "--scenario", "configs/scenarios/zigzag.toml"],
             ],
             "a shipped vehicle by its name": [sternplane, "vehicle", "check", "configs/remus100"],
             f"install [{EXTRAS}]": [*pip, f"{wheel}[{EXTRAS}]"],
