@@ -8,10 +8,8 @@ import json
 import os
 import shutil
 import signal
-import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -31,6 +29,7 @@ from firmware_py.adapters import kernel_cache
 from firmware_py.adapters.installation import configs
 from firmware_py.app import build
 from firmware_py.run.usage_error import UsageError
+from tests.cluster import scheduler_in, until, worker
 from tests.command import called
 from tests.in_process import Here
 from tests.own_package import install
@@ -73,14 +72,6 @@ def rows(folder: Path) -> list[dict]:
     return [json.loads(line) for line in lines]
 
 
-def until(true: Callable[[], bool], goes_on: Callable[[], bool], seconds: float = 90.0) -> None:
-    end = time.monotonic() + seconds
-    while not true():
-        assert goes_on()
-        assert time.monotonic() < end
-        time.sleep(0.01)
-
-
 def test_a_sweep_that_is_killed_goes_on_to_the_same_table(here: Path, start: Start, undisturbed: str) -> None:
     folder = here / "killed"
     killed = start(*WORDS, "--jobs", "2", "--out", "killed")
@@ -98,40 +89,18 @@ def test_a_sweep_that_is_killed_goes_on_to_the_same_table(here: Path, start: Sta
     assert table(folder) == undisturbed
 
 
-@contextlib.contextmanager
-def dask(part: str, *words: str | Path, cwd: Path) -> Iterator[subprocess.Popen]:
-    """A process of a cluster, ended with the block; nobody has told it of a cache of kernels."""
-    command = [sys.executable, "-m", f"distributed.cli.dask_{part}", *map(str, words), "--no-dashboard"]
-    bare = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
-    process = subprocess.Popen(command, cwd=cwd, env=bare, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    try:
-        yield process
-    finally:
-        process.kill()
-        process.wait()
-
-
 @pytest.fixture
 def scheduler(tmp_path: Path) -> Iterator[str]:
     """The address of a Dask scheduler."""
-    pytest.importorskip("distributed")
-    file = tmp_path / "scheduler.json"
-    words = ("--host", "127.0.0.1", "--port", "0", "--scheduler-file", file)
-    with dask("scheduler", *words, cwd=tmp_path) as process:
-        until(lambda: file.exists() and file.stat().st_size > 0, lambda: process.poll() is None)
-        yield json.loads(file.read_text())["address"]
+    with scheduler_in(tmp_path) as (address, _):
+        yield address
 
 
 def test_a_cluster_that_loses_a_worker_gives_the_same_table(
     here: Path, start: Start, undisturbed: str, scheduler: str
 ) -> None:
     with contextlib.ExitStack() as stack:
-        workers = [
-            stack.enter_context(
-                dask("worker", scheduler, "--no-nanny", "--nthreads", "1", "--name", f"w{i}", cwd=here),
-            )
-            for i in (1, 2)
-        ]
+        workers = [stack.enter_context(worker(scheduler, here)) for _ in range(2)]
         sweep = start(*WORDS, "--out", "cluster", "--dask", scheduler)
         until(lambda: len(rows(here / "cluster")) >= 2, lambda: sweep.returncode is None)
         os.kill(workers[0].pid, signal.SIGKILL)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import time
 import uuid
 from collections.abc import Callable, Generator, Iterable
 from importlib import import_module
-from itertools import islice
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 from urllib.parse import urlsplit
 
 from rich.console import Console
@@ -16,11 +16,16 @@ from firmware_py.error_text import one_line, shortened
 from firmware_py.foreign_text import visible
 from firmware_py.run.usage_error import UsageError
 from sternplane.campaign.crew import Died
+from sternplane.campaign.dask_workers import DaskWorkers
 from sternplane.campaign.remote_job import call_packed, packed
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
 _AHEAD = 2
+_TRIES = 4
+"""So often a job is handed out whose workers have all gone; of those that go singly Dask counts `allowed-failures`."""
+_LOOK, _MOMENT = 1.0, 0.02
+"""Between two looks for workers, and for what has come, s."""
 _CONNECT, _WORKERS = 10.0, 60.0
 """How long a scheduler, and then a worker, may take to be there, s."""
 
@@ -50,6 +55,29 @@ def check_address(address: str) -> None:
             raise UsageError(f"{told}: set distributed.comm.tls in Dask's configuration first: ca-file and client")
 
 
+class _Handed(NamedTuple):
+    """A job that was handed out: its call, what will come of it, to which workers, and how often until now."""
+
+    job: Any
+    call: bytes
+    future: Any
+    fit: frozenset[str]
+    tries: int
+
+
+def _result(future: Any, result: Any) -> Any:
+    """Return what came of a job."""
+    distributed: Any = import_module("distributed")
+    if isinstance(result, distributed.CancelledError):
+        raise result
+    if future.status != "error":
+        return result
+    _, error, traceback = result
+    if isinstance(error, distributed.KilledWorker):
+        return Died(one_line(error)[:200])
+    raise error.with_traceback(traceback)
+
+
 class DaskCrew(contextlib.AbstractContextManager["DaskCrew"]):
     """The workers of a cluster, those too that come later.
 
@@ -70,10 +98,14 @@ class DaskCrew(contextlib.AbstractContextManager["DaskCrew"]):
         except (OSError, ValueError) as error:
             why = f"no scheduler answers ({one_line(error)[:80]})"
             raise UsageError(f"{told}: {why}; start one with `dask scheduler`") from None
+        self._workers = DaskWorkers(self._client, address, console)
         try:
-            if not self.size:
+            if not self._there():
                 console.print(f"{address}: waiting for workers", highlight=False)
                 self._client.wait_for_workers(1, timeout=_WORKERS)
+            self._workers.look()
+            if not self.size and (unfit := self._workers.unfit):
+                raise UsageError(f"{told}: no worker can do it: {unfit[0]}")
         except TimeoutError:
             self._client.close()
             start = f"dask worker {address} --nworkers auto --nthreads 1"
@@ -82,45 +114,68 @@ class DaskCrew(contextlib.AbstractContextManager["DaskCrew"]):
             self._client.close()
             raise
 
-        if threaded := [name for name, one in self._workers().items() if one["nthreads"] > 1]:
+        if threaded := [name for name, one in self._there().items() if one["nthreads"] > 1]:
             advice = "start it with --nworkers N --nthreads 1 to use N processors"
             console.print(f"{threaded[0]} has several threads, and does one job at a time; {advice}", highlight=False)
 
     @property
     def size(self) -> int:
-        """Return how many workers there are; each does one job at a time."""
-        return len(self._workers())
+        """Return how many workers do jobs, one at a time each."""
+        return len(self._workers.fit)
 
-    def _workers(self) -> dict[str, Any]:
+    def _there(self) -> dict[str, Any]:
         found: dict[str, Any] = self._client.scheduler_info(n_workers=-1)["workers"]
         return found
 
     def results(
         self, work: Callable[..., Result], jobs: Iterable[tuple[Job, tuple[Any, ...]]]
     ) -> Generator[tuple[Job, Result | Died]]:
-        """See `crew.Crew`."""
+        """See `crew.Crew`.
+
+        Each job is bound to the workers that were found fit when it was handed out; if all of these have gone, it is
+        handed out again. What still came of it then is dropped.
+        """
         distributed: Any = import_module("distributed")
-        waiting, finished = iter(jobs), distributed.as_completed(loop=self._client.loop)
-        begun: dict[str, Job] = {}
+        waiting, more = iter(jobs), True
+        finished = distributed.as_completed(loop=self._client.loop, with_results=True, raise_errors=False)
+        begun: dict[str, _Handed] = {}
+        looked = time.monotonic()
 
-        def hand_out() -> None:
-            for job, arguments in islice(waiting, max(_AHEAD * self.size - len(begun), 0)):
-                call, key = packed(work, arguments), f"sternplane-{uuid.uuid4().hex}"
-                future = self._client.submit(call_packed, call, key=key, pure=False)
-                begun[future.key] = job
-                finished.add(future)
+        def hand_out(job: Any, call: bytes, tries: int = 1) -> None:
+            fit, key = self._workers.fit, f"sternplane-{uuid.uuid4().hex}"
+            future = self._client.submit(call_packed, call, key=key, pure=False, workers=fit)
+            begun[key] = _Handed(job, call, future, frozenset(fit), tries)
+            finished.add(future)
 
-        hand_out()
-        for future in finished:
-            job = begun.pop(future.key)
-            try:
-                yield job, future.result()
-            except distributed.KilledWorker as error:
-                yield job, Died(one_line(error)[:200])
-            except (distributed.CancelledError, OSError) as error:
-                raise UsageError(f"the cluster has gone ({type(error).__name__}); start it again to go on") from None
-            future.release()
-            hand_out()
+        try:
+            while more or begun:
+                while more and len(begun) < _AHEAD * self.size:
+                    if more := (one := next(waiting, None)) is not None:
+                        hand_out(one[0], packed(work, one[1]))
+                for future, result in self._arrived(finished):
+                    if handed := begun.pop(future.key, None):
+                        yield handed.job, _result(future, result)
+                if time.monotonic() - looked < _LOOK:
+                    continue
+                self._workers.watch()
+                looked = time.monotonic()
+                for key in [key for key, one in begun.items() if self.size and one.fit.isdisjoint(self._workers.fit)]:
+                    handed = begun.pop(key)
+                    handed.future.cancel()
+                    if handed.tries < _TRIES:
+                        hand_out(handed.job, handed.call, handed.tries + 1)
+                    else:
+                        yield handed.job, Died(f"every worker that had it has gone ({_TRIES} times)")
+        except (distributed.CancelledError, OSError) as error:
+            raise UsageError(f"the cluster has gone ({type(error).__name__}); start it again to go on") from None
+
+    def _arrived(self, finished: Any) -> list[tuple[Any, Any]]:
+        """Return what has come of jobs; where nothing has, a moment later."""
+        if self._client.status not in ("running", "connecting"):
+            raise ConnectionError
+        if not (found := finished.next_batch(block=False)):
+            time.sleep(_MOMENT)
+        return list(found)
 
     def close(self) -> None:
         """Leave the cluster; what it was to do for us is forgotten."""
