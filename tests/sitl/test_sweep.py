@@ -124,6 +124,18 @@ def imported(scheduler: str) -> tuple[list[str], list[str]]:
     return [name for name in modules if name.startswith(packages)], [*folders.values()]
 
 
+def test_a_scheduler_that_is_killed_ends_a_sweep_in_one_line_and_it_goes_on(here: Path, start: Start) -> None:
+    with scheduler_in(here) as (address, process), worker(address, here):
+        sweep = start(*WORDS, "--n", "50", "--out", "lost", "--dask", address)
+        until(lambda: len(rows(here / "lost")) >= 1, lambda: sweep.returncode is None)
+        process.kill()
+        _, err = sweep.communicate(90.0)
+    assert sweep.returncode == 2
+    assert "the cluster has gone (" in err.splitlines()[-1]
+    assert "start it again to go on" in err.splitlines()[-1]
+    assert [line for line in err.splitlines() if "distributed" in line or "Traceback" in line] == []
+
+
 def test_where_no_scheduler_answers_that_is_said_in_one_line(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed")
     monkeypatch.setattr("sternplane.campaign.dask_crew._CONNECT", 0.3)

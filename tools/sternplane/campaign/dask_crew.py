@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import time
 import uuid
 from collections.abc import Callable, Generator, Iterable
@@ -24,6 +25,8 @@ Result = TypeVar("Result")
 _AHEAD = 2
 _TRIES = 4
 """So often a job is handed out whose workers have all gone; of those that go singly Dask counts `allowed-failures`."""
+_LOGGERS = ("distributed", "distributed.client", "tornado.application", "asyncio")
+"""They print what goes wrong with the scheduler, page by page; the command says it in a line."""
 _LOOK, _MOMENT = 1.0, 0.02
 """Between two looks for workers, and for what has come, s."""
 _CONNECT, _WORKERS = 10.0, 60.0
@@ -92,6 +95,8 @@ class DaskCrew(contextlib.AbstractContextManager["DaskCrew"]):
     def __init__(self, address: str, console: Console) -> None:
         check_address(address)
         distributed: Any = import_module("distributed")
+        for name in _LOGGERS:
+            logging.getLogger(name).setLevel(logging.CRITICAL)
         told = f"--dask {shortened(address)}"
         try:
             self._client = distributed.Client(address, timeout=_CONNECT, set_as_default=False)
