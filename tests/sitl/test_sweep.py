@@ -272,6 +272,28 @@ def test_what_is_no_fault_of_a_flight_ends_the_sweep(here: Path, monkeypatch: py
         fly_row(Job(0, 0, 1, "pid", {}, (), ()), inputs)
 
 
+@pytest.mark.parametrize("law", ["tiny", "tiny_laws:Tiny"])
+def test_a_part_of_ones_own_that_a_worker_lacks_ends_the_sweep_which_goes_on_with_it(
+    here: Path, monkeypatch: pytest.MonkeyPatch, law: str
+) -> None:
+    """The flights had become rows with an error, which nothing flies again."""
+    install(here / "installed")
+    words = ("--law", f"{law},pid", "--seeds", "0:1", "--no-report", "--out", "out")
+    with monkeypatch.context() as installed_here:
+        installed_here.syspath_prepend(here / "installed")
+        monkeypatch.chdir(here)
+        planned(parser().parse_args(["sweep", "--scenario", "brief.toml", *words]), Console(quiet=True))[2].close()
+    sys.modules.pop("tiny_laws", None)
+    done = called("sweep", "--out", "out", "--no-report", cwd=here)
+    assert (done.returncode, "install it on that computer, and start it again to go on" in done.stderr) == (2, True)
+    assert law in done.stderr.splitlines()[-1]
+    assert rows(here / "out") == []
+    monkeypatch.syspath_prepend(here / "installed")
+    done = called("sweep", "--out", "out", "--no-report", cwd=here)
+    assert done.returncode == 0, done.stderr
+    assert [row["law"] for row in rows(here / "out")] == ["pid", law]
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -8,6 +8,7 @@ import threading
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from traceback import walk_tb
 from typing import Any
 
 from firmware_py.error_text import one_line
@@ -52,7 +53,8 @@ def fly_row(job: Job, inputs: Mapping[str, bytes], keep: str | None = None) -> d
         keep: where its log is left; None is nowhere.
 
     Raises:
-        BusError, LogError, UsageError: what the computer lacks, and no flight is to blame for.
+        BusError, LogError, UsageError: what the computer lacks, such as a part of one's own, and no flight is to blame
+            for.
     """
     try:
         with _ONE, TemporaryDirectory() as name:
@@ -108,6 +110,11 @@ def _flown(job: Job, folder: Path, keep: str | None) -> dict[str, Any]:
         raise
     except Exception as error:
         said = one_line(str(error).replace(f"{folder}/", ""))
+        if _is_of_finding(error):
+            where = f"flight {job.flight} on {platform.node()}"
+            raise UsageError(
+                f"{where}: {said[:300]}; install it on that computer, and start it again to go on"
+            ) from None
         return {"completed": False, "error": f"{type(error).__name__}: {said}"[:300], **made_by}
     if keep is not None:
         place = Path(keep)
@@ -117,6 +124,17 @@ def _flown(job: Job, folder: Path, keep: str | None) -> dict[str, Any]:
         part.replace(place)
     found = "; ".join(dict.fromkeys(one["text"] for one in summary["found"]))
     return {**dict(_flat(summary)), FOUND: found, "error": "", **made_by}
+
+
+def _is_of_finding(error: BaseException | None) -> bool:
+    """Return whether an error came about where a part of one's own was looked for: that computer lacks it."""
+    from firmware_py.adapters.own_parts import find
+
+    while error is not None:
+        if any(frame.f_code is find.__code__ for frame, _ in walk_tb(error.__traceback__)):
+            return True
+        error = error.__cause__
+    return False
 
 
 def _flat(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
