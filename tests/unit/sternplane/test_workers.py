@@ -50,6 +50,20 @@ if __name__ == "__main__":
         time.sleep(600.0)
 """
 
+ORPHANED = """
+import os, time
+from sternplane.campaign.workers import pool_of
+
+if __name__ == "__main__":
+    with pool_of(1) as pool:
+        pool.submit(os.getpid).result()
+else:
+    starter = os.getppid()
+    print(os.getpid(), flush=True)
+    while os.getppid() == starter:
+        time.sleep(0.01)
+"""
+
 
 def is_running(pid: int) -> bool:
     try:
@@ -77,6 +91,17 @@ def test_a_worker_ends_when_its_starter_is_killed(tmp_path) -> None:
         assert starter.stdout is not None
         worker = int(starter.stdout.readline())
         assert is_running(worker)
+        starter.send_signal(signal.SIGKILL)
+        gone = ends(worker)
+    assert gone
+
+
+def test_a_worker_ends_whose_starter_was_killed_before_it_began(tmp_path) -> None:
+    script = tmp_path / "starter.py"
+    script.write_text(ORPHANED)
+    with subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, text=True) as starter:
+        assert starter.stdout is not None
+        worker = int(starter.stdout.readline())
         starter.send_signal(signal.SIGKILL)
         gone = ends(worker)
     assert gone

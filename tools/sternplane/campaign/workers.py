@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import multiprocessing
+import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
@@ -23,12 +24,18 @@ Result = TypeVar("Result")
 _PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
 
 
-def end_with_parent() -> None:
+def end_with_parent(parent: int) -> None:
     """Ask Linux to kill this process when the one that started it is killed: it would else wait for work forever.
 
-    A flight takes a milder signal for its own end, and the process would go on to the next.
+    A flight takes a milder signal for its own end, and the process would go on to the next. Of a parent that is dead
+    already Linux tells nothing.
+
+    Args:
+        parent: the process that started this one.
     """
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:
+        os._exit(1)
 
 
 @contextlib.contextmanager
@@ -75,7 +82,7 @@ def pool_of(processes: int) -> Iterator[ProcessPoolExecutor]:
     context = multiprocessing.get_context("spawn")
     with (
         terminated_like_interrupted(),
-        _Workers(processes, mp_context=context, initializer=end_with_parent) as pool,
+        _Workers(processes, mp_context=context, initializer=end_with_parent, initargs=(os.getpid(),)) as pool,
     ):
         try:
             yield pool
