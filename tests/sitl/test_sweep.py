@@ -338,8 +338,11 @@ def test_seeds_and_laws_alone_are_a_sweep(here: Path) -> None:
     flown = sorted((row["seed"], row["law"]) for row in rows(here / "out"))
     assert flown == [(3, "pid"), (3, "sliding"), (4, "pid"), (4, "sliding")]
     assert "of which nothing is varied" in (here / "out" / "report.html").read_text()
-    again = called("sweep", "--out", "out", "--worst", "0", cwd=here)
-    assert (again.returncode, "4 of 4 flights are in out" in again.stderr) == (0, True), again.stderr
+    for repeated in (("--out", "out", "--worst", "0"), ("--scenario", "brief.toml", *words)):
+        again = called("sweep", *repeated, cwd=here)
+        assert (again.returncode, "4 of 4 flights are in out" in again.stderr) == (0, True), again.stderr
+    other = called("sweep", "--scenario", "brief.toml", *words, "--seeds", "3:6", cwd=here)
+    assert (other.returncode, "another --seeds, 3, 5, here 3, 6" in other.stderr) == (2, True), other.stderr
 
 
 @pytest.mark.parametrize("law", ["tiny_laws:Tiny", "tiny", "sliding"])
@@ -392,9 +395,12 @@ def test_gains_of_a_law_of_ones_own_are_varied_beside_a_built_in_one(
     assert (done.returncode, "k = 50" in done.stderr) == (2, True), done.stderr
 
 
+VARIED = ("--scenario", "brief.toml", "--vary", "truth.current=0..0.3", "--n", "2")
+
+
 def begun(folder: Path) -> None:
     """Leave a sweep that has begun, and of which nothing has flown."""
-    plan = ["--scenario", "brief.toml", "--vary", "truth.current=0..0.3", "--n", "2", "--out", str(folder / "sweep")]
+    plan = [*VARIED, "--out", str(folder / "sweep")]
     flights, _, store = planned(parser().parse_args(["sweep", *plan]), Console(quiet=True))
     store.close()
     assert len(flights) == 2
@@ -417,6 +423,12 @@ def test_of_two_that_begin_in_one_folder_one_is_refused_and_leaves_the_others_pl
     [
         (("--scenario", "zigzag"), "--scenario: sweep holds a sweep, which goes on as it began"),
         (("--io", str(CONFIG / "io_sitl.toml")), "--io: sweep holds a sweep, which goes on as it began"),
+        (("--scenario", "demo"), "--scenario: sweep holds a sweep, which goes on as it began"),
+        (("--config", "remus100"), "--config: sweep holds a sweep, which goes on as it began"),
+        (("--again", "0", "--config", "remus100"), "--config: sweep holds a sweep, which goes on as it began"),
+        ((*VARIED, "--config", "remus100"), "holds a sweep with another --config, "),
+        (VARIED[2:], "holds a sweep with another --scenario, brief.toml, here demo"),
+        (("--law", "pid"), "--law: sweep holds a sweep, which goes on as it began"),
     ],
 )
 def test_what_goes_on_is_what_began(words: tuple, said: str, here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -442,10 +454,23 @@ def test_rows_of_another_sweep_are_refused(row: str, here: Path, monkeypatch: py
     assert (done.returncode, "is none of this sweep; choose another --out" in done.stderr) == (2, True), done.stderr
 
 
-def test_files_that_were_changed_behind_a_sweep_end_it(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("words", [(), ("--again", "0"), VARIED])
+@pytest.mark.parametrize(
+    ("file", "before", "after"),
+    [
+        ("inputs/scenario.toml", "duration_s = 1.0", "duration_s = 2.0"),
+        ("sweep.json", '"settings": []', '"settings": ["vehicle.M_q=-0.05"]'),
+        ("sweep.json", '"faults": []', '"faults": ["0.5:leak"]'),
+    ],
+)
+def test_what_was_changed_behind_a_sweep_ends_it(
+    words: tuple, file: str, before: str, after: str, here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(here)
     begun(here)
-    scenario = here / "sweep" / "inputs" / "scenario.toml"
-    scenario.write_text(scenario.read_text() + "# changed\n")
-    done = called("sweep", "--out", "sweep", cwd=here)
+    path = here / "sweep" / file
+    assert before in path.read_text()
+    path.write_text(path.read_text().replace(before, after))
+    done = called("sweep", "--out", "sweep", *words, cwd=here)
     assert (done.returncode, "was changed since the sweep began" in done.stderr) == (2, True), done.stderr
+    assert rows(here / "sweep") == []

@@ -36,9 +36,7 @@ def add_sweep(commands: Any, lazily: Lazily, files: str) -> None:
         "Exit status 0 if all flights were flown, whatever came of them; 1 if one ended in an error, 2 for bad input.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    sweep.add_argument(
-        "--scenario", default="demo", metavar="NAME", help="see `sternplane scenarios`, or a .toml file [demo]"
-    )
+    sweep.add_argument("--scenario", metavar="NAME", help="see `sternplane scenarios`, or a .toml file [demo]")
     vehicle.add_config(sweep, "vehicle and autopilot", files)
     sweep.add_argument(
         "--vary",
@@ -78,4 +76,5 @@ def add_sweep(commands: Any, lazily: Lazily, files: str) -> None:
     sweep.add_argument(
         "--no-report", action="store_true", help="leave the table alone: no report.html, no logs of the worst"
     )
-    sweep.set_defaults(run=lazily("sternplane.sweep.command"))
+    # None is what was not given: a sweep that goes on has its own
+    sweep.set_defaults(run=lazily("sternplane.sweep.command"), config=None)

@@ -24,8 +24,8 @@ from sternplane.plain_console import PlainConsole
 from sternplane.sweep import inputs, laws
 from sternplane.sweep.accused import accused, text_of
 from sternplane.sweep.flight import SCENARIO_FILE, died_row, fly_row
-from sternplane.sweep.plan import Flights, read_plan
-from sternplane.sweep.planning import PLAN, planned
+from sternplane.sweep.plan import Flights
+from sternplane.sweep.planning import going_on, planned
 from sternplane.sweep.table import FILE as TABLE
 from sternplane.sweep.table import parquet
 from sternplane.sweep.worst import Row, judged_by, refuse_unknown, worst
@@ -214,8 +214,7 @@ def fly_again(options: argparse.Namespace, console: Console) -> int:
     """Fly one flight of a sweep again, as `sternplane sitl` does, and say that command."""
     if options.out is None:
         raise UsageError("--again: give the sweep's folder with --out")
-    plan, found = read_plan(options.out / PLAN)
-    flights = Flights(plan, found["law"])
+    flights = going_on(options, console)
     if not 0 <= options.again < len(flights):
         raise UsageError(f"--again {options.again}: flights are 0 to {len(flights) - 1}")
     job, files = flights.job(options.again), options.out / inputs.FOLDER

@@ -8,7 +8,7 @@ import math
 from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 from firmware_py.adapters.storage.regular_file import read_regular
 from firmware_py.error_text import shortened
@@ -114,7 +114,12 @@ class Flights:
     @property
     def digest(self) -> str:
         """What tells these samples from all others."""
-        return hashlib.sha256(json.dumps(self.samples).encode()).hexdigest()[:16]
+        return _hash(self.samples)
+
+    @property
+    def whole_digest(self) -> str:
+        """What tells this plan from all others, its settings and faults too."""
+        return _hash({"plan": self.plan.plain(), "laws": self.laws})
 
     def __len__(self) -> int:
         return len(self.samples) * self.each
@@ -181,11 +186,19 @@ def refuse_other(there: Plan, here: Plan, folder: Path) -> None:
     named = {"axes": "--vary", "laws": "--law", "settings": "--set", "faults": "--fault"}
     for key, mine in here.plain().items():
         if mine != (other := there.plain()[key]):
-            option = named.get(key, f"--{key}")
-            raise UsageError(
-                f"{folder}: holds a sweep with another {option}, {_short(other)}, here {_short(mine)}; choose another "
-                "--out, or leave all but --out away to go on with that one"
-            )
+            refuse_difference(folder, named.get(key, f"--{key}"), other, mine)
+
+
+def refuse_difference(folder: Path, option: str, there: Any, here: Any) -> NoReturn:
+    """Refuse to go on with another value of an option.
+
+    Raises:
+        UsageError: always; it says both.
+    """
+    raise UsageError(
+        f"{folder}: holds a sweep with another {option}, {_short(there)}, here {_short(here)}; choose another "
+        "--out, or leave all but --out away to go on with that one"
+    )
 
 
 def laws_of(text: str | None) -> tuple[str, ...]:
@@ -198,6 +211,10 @@ def laws_of(text: str | None) -> tuple[str, ...]:
     if not all(laws) or len(set(laws)) < len(laws):
         raise ParamError(f"--law {text}: write names with commas between them, each once, such as sliding,pid")
     return laws
+
+
+def _hash(value: Any) -> str:
+    return hashlib.sha256(json.dumps(value).encode()).hexdigest()[:16]
 
 
 def _short(value: Any) -> str:

@@ -8,6 +8,7 @@ import dataclasses
 import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 
@@ -20,11 +21,11 @@ from sternplane.campaign.files import write
 from sternplane.campaign.line_store import LineStore
 from sternplane.campaign.seeds import seeds_of
 from sternplane.sitl.flight import Flight, FlightRequest, prepare
-from sternplane.sitl.request import parse_settings
+from sternplane.sitl.request import CONFIG, parse_settings
 from sternplane.sweep import inputs
 from sternplane.sweep.axes import FORM, Axis, parse_axis
 from sternplane.sweep.own_keys import is_own, refuse_untaken, taken, takes
-from sternplane.sweep.plan import LAW, Flights, Plan, laws_of, read_plan, refuse_other
+from sternplane.sweep.plan import LAW, Flights, Plan, laws_of, read_plan, refuse_difference, refuse_other
 from sternplane.sweep.table import FILE as TABLE
 
 PLAN, ROWS = "sweep.json", "flights.jsonl"
@@ -43,14 +44,14 @@ def planned(options: argparse.Namespace, console: Console) -> tuple[Flights, Pat
     Raises:
         ParamError, UsageError: in one line, what is wrong.
     """
-    there = options.out / PLAN if options.out is not None else None
-    if there is not None and there.exists():
+    if options.out is not None and (options.out / PLAN).exists():
         with _locked(options.out) as store:
-            flights = _going_on(options, there, console)
+            flights = going_on(options, console)
+            _tell(flights, options.out, console)
             _refuse_foreign(store, flights)
             return flights, options.out, store
     refuse_impossible(options.out)
-    request = FlightRequest(options.scenario, options.config, io=options.io)
+    request = _request(options)
     plan, law = _checked(options, request)
     flights, folder = Flights(plan, law), run_folder(options.out)
     files = inputs.files_of(request)
@@ -58,11 +59,21 @@ def planned(options: argparse.Namespace, console: Console) -> tuple[Flights, Pat
         if left := [*([ROWS] if store.keys else []), *[name for name in (TABLE, PLAN) if (folder / name).exists()]]:
             raise UsageError(f"{folder}: holds {left[0]} of something else; choose another --out")
         inputs.freeze(files, folder)
-        made_by = {"law": law, "samples": flights.digest, "inputs": inputs.digest(files)}
-        made_by |= {"revision": version.git_revision()}
+        made_by: dict[str, Any] = {"law": law, **_places(request), "revision": version.git_revision()}
+        made_by |= {"samples": flights.digest, "inputs": inputs.digest(files), "whole": flights.whole_digest}
         write(folder / PLAN, json.dumps({"plan": plan.plain(), **made_by}, indent=1) + "\n")
         _tell(flights, folder, console)
         return flights, folder, store
+
+
+def _request(options: argparse.Namespace) -> FlightRequest:
+    """Return the request of the options, with what stands for those that were not given."""
+    return FlightRequest(options.scenario or SCENARIO, options.config or CONFIG, io=options.io)
+
+
+def _places(request: FlightRequest) -> dict[str, str | None]:
+    """Return where the files of a request lay, by the options that name them."""
+    return {"config": str(request.config.resolve()), "io": str(request.io.resolve()) if request.io else None}
 
 
 @contextlib.contextmanager
@@ -86,33 +97,56 @@ def _refuse_foreign(store: LineStore, flights: Flights) -> None:
             )
 
 
-def _going_on(options: argparse.Namespace, path: Path, console: Console) -> Flights:
-    """Return the flights of a sweep that is there; options that are given must be those of then."""
-    plan, found = read_plan(path)
-    of_a_plan = {"--n": options.n, "--grid": options.grid, "--seed": options.seed, "--seeds": options.seeds}
-    of_a_plan |= {"--io": options.io, "--scenario": _other(options.scenario, plan.scenario)}
-    of_a_plan |= {"--law": options.law, "--set": options.settings or None, "--fault": options.fault or None}
-    if not options.vary and (given := [name for name, value in of_a_plan.items() if value is not None]):
-        raise UsageError(f"{given[0]}: {path.parent} holds a sweep, which goes on as it began; give --out alone")
-    frozen = inputs.read_inputs(path.parent)
-    if options.vary:
-        request = inputs.frozen_request(path.parent)
-        refuse_other(plan, _checked(options, request)[0], path.parent)
-        now = inputs.files_of(FlightRequest(options.scenario, options.config, io=options.io))
-        if changed := [name for name in now if now[name] != frozen.get(name)]:
-            console.print(f"{', '.join(changed)} changed since: the sweep goes on with {path.parent / inputs.FOLDER}")
+def going_on(options: argparse.Namespace, console: Console) -> Flights:
+    """Return the flights of the sweep that is in --out; options that are given must be those of then.
+
+    Raises:
+        ParamError, UsageError: in one line, which are not, or what was changed since.
+    """
+    folder = options.out
+    plan, found = read_plan(folder / PLAN)
+    frozen = inputs.read_inputs(folder)
     if inputs.digest(frozen) != found.get("inputs"):
-        raise UsageError(f"{path.parent / inputs.FOLDER}: was changed since the sweep began; choose another --out")
+        raise UsageError(f"{folder / inputs.FOLDER}: was changed since the sweep began; choose another --out")
     flights = Flights(plan, found["law"])
+    if found.get("whole") != flights.whole_digest:
+        raise UsageError(f"{folder / PLAN}: was changed since the sweep began; choose another --out")
     if flights.digest != found["samples"]:
-        raise UsageError(f"{path}: this version draws other samples; go on with revision {found['revision']}")
-    _tell(flights, path.parent, console)
+        raise UsageError(f"{folder / PLAN}: this version draws other samples; go on with revision {found['revision']}")
+    several = bool(options.seeds) or len(laws_of(options.law)) > 1
+    if options.vary or (several and not plan.axes):
+        _refuse_other_command(options, plan, found, frozen, console)
+    else:
+        _refuse_given(options, plan, found)
     return flights
 
 
-def _other(scenario: str, there: str) -> str | None:
-    """Return a scenario that was given and is another one than that of the sweep."""
-    return None if scenario in (there, SCENARIO) else scenario
+def _refuse_other_command(
+    options: argparse.Namespace, plan: Plan, found: dict[str, Any], frozen: dict[str, bytes], console: Console
+) -> None:
+    """Refuse a command of another sweep than the one that is there; tell which files were changed since."""
+    refuse_other(plan, _checked(options, inputs.frozen_request(options.out))[0], options.out)
+    request = _request(options)
+    now = inputs.files_of(request)
+    if not (changed := [name for name in now if now[name] != frozen.get(name)]):
+        return
+    for name, here in _places(request).items():
+        if found.get(name) != here:
+            refuse_difference(options.out, f"--{name}", found.get(name), here)
+    console.print(f"{', '.join(changed)} changed since: the sweep goes on with {options.out / inputs.FOLDER}")
+
+
+def _refuse_given(options: argparse.Namespace, plan: Plan, found: dict[str, Any]) -> None:
+    """Refuse single options beside --out that a sweep has from its beginning."""
+    given = {name: getattr(options, name) for name in ("n", "grid", "seed", "seeds", "io", "law", "scenario", "config")}
+    given |= {"set": options.settings or None, "fault": options.fault or None}
+    if given["scenario"] == plan.scenario:
+        del given["scenario"]
+    if options.config and str(options.config.resolve()) == found.get("config"):
+        del given["config"]
+    for name, value in given.items():
+        if value is not None:
+            raise UsageError(f"--{name}: {options.out} holds a sweep, which goes on as it began; give --out alone")
 
 
 def _checked(options: argparse.Namespace, request: FlightRequest) -> tuple[Plan, str]:
@@ -146,7 +180,7 @@ def _checked(options: argparse.Namespace, request: FlightRequest) -> tuple[Plan,
                 if not law or takes(law, axis.key):
                     _try(one, setting_text(axis.key, round(value) if axis.whole else value))
     plan = Plan(
-        scenario=options.scenario,
+        scenario=options.scenario or SCENARIO,
         axes=axes,
         n=samples,
         grid=options.grid or 0,
