@@ -6,6 +6,7 @@ import json
 import math
 import random
 import re
+import time
 from contextlib import redirect_stdout
 from dataclasses import dataclass
 from io import StringIO
@@ -140,6 +141,16 @@ def test_a_grid_has_every_combination_from_end_to_end() -> None:
     found = list(grid(3, axes))
     assert (found[0], found[-1], len(found)) == ((0.0, 1, "x"), (1.0, 4, "y"), 18)
     assert len(set(found)) == 18
+
+
+def test_a_grid_that_is_too_large_is_refused_before_it_is_made() -> None:
+    began = time.monotonic()
+    with pytest.raises(UsageError, match=r"^20,000,000 flights: at most 10,000,000"):
+        Flights(plan(n=0, grid=5_000_000), "pid")
+    assert time.monotonic() - began < 0.5
+    whole = Axis("n", 1.6, 4.4, whole=True)
+    assert whole.most(10**12) == len(whole.grid(100)) == 3
+    assert whole.most(2) == len(whole.grid(2)) == 2
 
 
 def plan(**other) -> Plan:

@@ -62,6 +62,10 @@ class Axis(NamedTuple):
         values = [self._between(i / (n - 1) if n > 1 else 0.5) for i in range(n)]
         return list(dict.fromkeys([round(value) if self.whole else value for value in values]))
 
+    def most(self, n: int) -> int:
+        """Return how many values `grid` has at most, without making them."""
+        return len(self.choices) or (min(n, round(self.high) - round(self.low) + 1) if self.whole else n)
+
     def _between(self, share: float) -> float:
         if self.log:
             value = math.exp((1.0 - share) * math.log(self.low) + share * math.log(self.high))

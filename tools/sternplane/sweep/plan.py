@@ -96,9 +96,7 @@ class Flights:
         self.laws: tuple[str, ...] = plan.laws or (law,)
         self._set = {name: taken(name, plan.settings) if plan.laws else plan.settings for name in self.laws}
         self.each = len(self.laws) * (plan.seeds[1] - plan.seeds[0] if plan.seeds else 1)
-        combinations = 1
-        for axis in plan.axes:
-            combinations *= len(axis.grid(plan.grid)) if plan.grid else 1
+        combinations = math.prod(axis.most(plan.grid) for axis in plan.axes) if plan.grid else 1
         if max(plan.n, combinations) * self.each > _MOST:
             raise UsageError(f"{max(plan.n, combinations) * self.each:,} flights: at most {_MOST:,} in one sweep")
         if (plan.seeds[1] if plan.seeds else plan.seed + max(plan.n, combinations)) > _SEED_END:
