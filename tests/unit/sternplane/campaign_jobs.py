@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import threading
 import time
 from pathlib import Path
 
@@ -23,4 +24,10 @@ def held(k: int, folder: str) -> int:
     while (Path(folder) / "hold").exists():
         (Path(folder) / "begun").touch()
         time.sleep(0.01)
+    return k
+
+
+def with_thread(k: int) -> int:
+    """Return k, and leave a thread that does not end."""
+    threading.Thread(target=time.sleep, args=(600.0,)).start()
     return k

@@ -16,7 +16,7 @@ from sternplane.campaign.line_store import LineStore
 
 from firmware_py.run.usage_error import UsageError
 from tests.command import no_file_larger_than
-from tests.unit.sternplane.campaign_jobs import squared
+from tests.unit.sternplane.campaign_jobs import squared, with_thread
 
 QUIET = Console(file=StringIO())
 
@@ -24,6 +24,21 @@ QUIET = Console(file=StringIO())
 def test_a_worker_that_is_killed_costs_no_job_and_none_counts_twice(tmp_path: Path) -> None:
     found = list(LocalCrew(2).results(squared, ((k, (k, str(tmp_path), 3, True)) for k in range(8))))
     assert sorted(found) == [(k, k * k) for k in range(8)]
+
+
+def test_a_thread_that_a_job_has_left_does_not_keep_a_campaign_from_its_end() -> None:
+    found: list[tuple[int, int]] = []
+    jobs = ((k, (k,)) for k in range(4))
+    campaign = threading.Thread(target=lambda: found.extend(LocalCrew(2).results(with_thread, jobs)), daemon=True)
+    others = multiprocessing.active_children()
+    campaign.start()
+    campaign.join(60.0)
+    ended = not campaign.is_alive()
+    for process in multiprocessing.active_children():
+        if process not in others:
+            process.kill()
+    assert ended
+    assert sorted(found) == [(k, k) for k in range(4)]
 
 
 @pytest.mark.parametrize("taken", [1, 2, 3, 7])

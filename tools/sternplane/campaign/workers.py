@@ -5,8 +5,10 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import multiprocessing
+import multiprocessing.util
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
@@ -22,6 +24,8 @@ from rich.progress import (
 
 Result = TypeVar("Result")
 _PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
+_LAST = -1000
+"""The priority of what is done last; multiprocessing itself joins its queues with -5."""
 
 
 def end_with_parent(parent: int) -> None:
@@ -36,6 +40,26 @@ def end_with_parent(parent: int) -> None:
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:
         os._exit(1)
+
+
+def end_with_work() -> None:
+    """Let this process end with its work: threads that somebody's code has started would be waited for.
+
+    What multiprocessing itself does at the end comes before.
+    """
+    multiprocessing.util.Finalize(None, _end, exitpriority=_LAST)
+
+
+def _end() -> None:
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError, ValueError):
+            stream.flush()
+    os._exit(0)
+
+
+def _begin(parent: int) -> None:
+    end_with_parent(parent)
+    end_with_work()
 
 
 @contextlib.contextmanager
@@ -82,7 +106,7 @@ def pool_of(processes: int) -> Iterator[ProcessPoolExecutor]:
     context = multiprocessing.get_context("spawn")
     with (
         terminated_like_interrupted(),
-        _Workers(processes, mp_context=context, initializer=end_with_parent, initargs=(os.getpid(),)) as pool,
+        _Workers(processes, mp_context=context, initializer=_begin, initargs=(os.getpid(),)) as pool,
     ):
         try:
             yield pool
