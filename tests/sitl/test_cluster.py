@@ -10,11 +10,12 @@ from pathlib import Path
 
 import pytest
 from rich.console import Console
+from sternplane.campaign.crew import Died
 from sternplane.campaign.dask_crew import DaskCrew
 
 from firmware_py.run.usage_error import UsageError
-from tests.cluster import BARE, OLD, scheduler_in, until, worker
-from tests.unit.sternplane.campaign_jobs import held
+from tests.cluster import BARE, OLD, dask, scheduler_in, until, worker
+from tests.unit.sternplane.campaign_jobs import held, squared
 
 
 @pytest.fixture(scope="module")
@@ -35,10 +36,12 @@ def begin(results: Iterator, into: list) -> threading.Thread:
     return thread
 
 
-@pytest.mark.parametrize(("first", "said"), [(BARE, "has not sternplane "), (OLD, "has sternplane 0.0.1")])
+@pytest.mark.parametrize(("first", "said"), [(BARE, "lacks sternplane "), (OLD, "has sternplane 0.0.1")])
 def test_a_cluster_of_workers_that_cannot_do_it_is_refused(cluster: str, tmp_path: Path, first: str, said: str) -> None:
+    told = console()
     with worker(cluster, tmp_path, first), pytest.raises(UsageError) as refused:
-        DaskCrew(cluster, console())
+        DaskCrew(cluster, told)
+    assert "gets no job" not in told.file.getvalue()
     assert f"--dask {cluster}: no worker can do it: tcp://" in str(refused.value)
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
@@ -83,3 +86,13 @@ def test_where_no_worker_is_left_that_is_told_and_one_that_comes_goes_on(cluster
         f"no worker left at {cluster}; waits for one",
         f"a worker is at {cluster} again",
     ]
+
+
+def test_of_the_jobs_of_a_worker_that_dies_again_and_again_the_deadly_one_alone_is_given_up(
+    cluster: str, tmp_path: Path
+) -> None:
+    words = ("--nthreads", "1", "--local-directory", tmp_path)  # with a nanny, which starts it again
+    with dask("worker", cluster, *words, cwd=tmp_path), DaskCrew(cluster, console()) as crew:
+        found = dict(crew.results(squared, ((k, (k, str(tmp_path), 1, False)) for k in range(5))))
+    assert isinstance(found.pop(1), Died)
+    assert found == {k: k * k for k in (0, 2, 3, 4)}

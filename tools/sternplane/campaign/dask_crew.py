@@ -6,6 +6,7 @@ import contextlib
 import logging
 import time
 import uuid
+from collections import deque
 from collections.abc import Callable, Generator, Iterable
 from importlib import import_module
 from typing import Any, NamedTuple, TypeVar
@@ -59,13 +60,13 @@ def check_address(address: str) -> None:
 
 
 class _Handed(NamedTuple):
-    """A job that was handed out: its call, what will come of it, to which workers, and how often until now."""
+    """A job, its call, and once it was handed out what will come of it, to which workers, and how often until now."""
 
     job: Any
     call: bytes
-    future: Any
-    fit: frozenset[str]
-    tries: int
+    future: Any = None
+    fit: frozenset[str] = frozenset()
+    tries: int = 0
 
 
 def _result(future: Any, result: Any) -> Any:
@@ -111,6 +112,7 @@ class DaskCrew(contextlib.AbstractContextManager["DaskCrew"]):
             self._workers.look()
             if not self.size and (unfit := self._workers.unfit):
                 raise UsageError(f"{told}: no worker can do it: {unfit[0]}")
+            self._workers.tell()
         except TimeoutError:
             self._client.close()
             start = f"dask worker {address} --nworkers auto --nthreads 1"
@@ -138,41 +140,49 @@ class DaskCrew(contextlib.AbstractContextManager["DaskCrew"]):
         """See `crew.Crew`.
 
         Each job is bound to the workers that were found fit when it was handed out; if all of these have gone, it is
-        handed out again. What still came of it then is dropped.
+        handed out again, with no other behind it: so the one whose fault it is is known. What still comes of it from
+        before is dropped.
         """
         distributed: Any = import_module("distributed")
-        waiting, more = iter(jobs), True
         finished = distributed.as_completed(loop=self._client.loop, with_results=True, raise_errors=False)
+        waiting, again = (_Handed(job, packed(work, arguments)) for job, arguments in jobs), deque[_Handed]()
         begun: dict[str, _Handed] = {}
         looked = time.monotonic()
-
-        def hand_out(job: Any, call: bytes, tries: int = 1) -> None:
-            fit, key = self._workers.fit, f"sternplane-{uuid.uuid4().hex}"
-            future = self._client.submit(call_packed, call, key=key, pure=False, workers=fit)
-            begun[key] = _Handed(job, call, future, frozenset(fit), tries)
-            finished.add(future)
-
         try:
-            while more or begun:
-                while more and len(begun) < _AHEAD * self.size:
-                    if more := (one := next(waiting, None)) is not None:
-                        hand_out(one[0], packed(work, one[1]))
+            while True:
+                while len(begun) < (1 if again else _AHEAD) * self.size:
+                    if not (one := again.popleft() if again else next(waiting, None)):
+                        break
+                    handed = self._hand_out(one)
+                    begun[handed.future.key] = handed
+                    finished.add(handed.future)
+                if not begun and self.size:
+                    return
                 for future, result in self._arrived(finished):
-                    if handed := begun.pop(future.key, None):
-                        yield handed.job, _result(future, result)
+                    if done := begun.pop(future.key, None):
+                        yield done.job, _result(future, result)
                 if time.monotonic() - looked < _LOOK:
                     continue
                 self._workers.watch()
                 looked = time.monotonic()
-                for key in [key for key, one in begun.items() if self.size and one.fit.isdisjoint(self._workers.fit)]:
-                    handed = begun.pop(key)
-                    handed.future.cancel()
-                    if handed.tries < _TRIES:
-                        hand_out(handed.job, handed.call, handed.tries + 1)
+                for key in [key for key, one in begun.items() if self._is_stranded(one)]:
+                    one = begun.pop(key)
+                    one.future.cancel()
+                    if one.tries < _TRIES:
+                        again.append(one)
                     else:
-                        yield handed.job, Died(f"every worker that had it has gone ({_TRIES} times)")
+                        yield one.job, Died(f"every worker that began it died ({_TRIES} times)")
         except (distributed.CancelledError, OSError) as error:
             raise UsageError(f"the cluster has gone ({type(error).__name__}); start it again to go on") from None
+
+    def _hand_out(self, one: _Handed) -> _Handed:
+        fit, key = self._workers.fit, f"sternplane-{uuid.uuid4().hex}"
+        future = self._client.submit(call_packed, one.call, key=key, pure=False, workers=fit)
+        return one._replace(future=future, fit=frozenset(fit), tries=one.tries + 1)
+
+    def _is_stranded(self, one: _Handed) -> bool:
+        """Return whether nobody does a job, and there is somebody who could."""
+        return bool(self.size) and not one.future.done() and one.fit.isdisjoint(self._workers.fit)
 
     def _arrived(self, finished: Any) -> list[tuple[Any, Any]]:
         """Return what has come of jobs; where nothing has, a moment later."""

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from rich.console import Console
 
-from firmware_py.error_text import failure_text, shortened
+from firmware_py.error_text import one_line, shortened
 from firmware_py.foreign_text import visible
 from firmware_py.run.version import version_line
 
@@ -34,7 +34,7 @@ class DaskWorkers:
     def __init__(self, client: Any, address: str, console: Console) -> None:
         self._client, self._address, self._console = client, address, console
         self._known: dict[str, _Known] = {}
-        self._waits = False
+        self._waits, self._untold = False, list[str]()
 
     @property
     def fit(self) -> list[str]:
@@ -47,7 +47,7 @@ class DaskWorkers:
         return [f"{address} {one.unfit}" for address, one in self._known.items() if one.unfit]
 
     def look(self) -> None:
-        """Ask who is there, and those that are new for their version; tell which of them get no job.
+        """Ask who is there, and those that are new for their version.
 
         Raises:
             OSError: the cluster has gone.
@@ -61,17 +61,23 @@ class DaskWorkers:
             if not isinstance(answer, OSError):  # it has gone meanwhile, or is asked again
                 told[name] = _Known(there[name], _unfit(answer))
         self._known |= told
-        if unfit := [f"{name} {one.unfit}" for name, one in told.items() if one.unfit]:
-            more = f" (and {len(unfit) - 1} more)" if len(unfit) > 1 else ""
-            self._console.print(f"{unfit[0]}{more}; it gets no job", markup=False)
+        self._untold += [f"{name} {one.unfit}" for name, one in told.items() if one.unfit]
+
+    def tell(self) -> None:
+        """Tell which workers get no job, of those that were not told yet."""
+        if self._untold:
+            more = f" (and {len(self._untold) - 1} more)" if len(self._untold) > 1 else ""
+            self._console.print(f"{self._untold[0]}{more}; it gets no job", markup=False)
+            self._untold.clear()
 
     def watch(self) -> None:
-        """Look, and tell once that no worker is left, and that one is there again.
+        """Look, tell what `tell` tells, and once that no worker is left, and that one is there again.
 
         Raises:
             OSError: the cluster has gone.
         """
         self.look()
+        self.tell()
         if self._waits is not bool(self.fit):
             return
         self._waits = not self.fit
@@ -87,7 +93,7 @@ def _unfit(answer: Any) -> str:
     """Return why a worker that gave this answer gets no job; "" if it gets some."""
     here = version_line()
     if isinstance(answer, BaseException):
-        return f"has not {here} ({visible(shortened(failure_text(answer)))}); install it there"
+        return f"lacks {here} ({visible(shortened(one_line(answer)))}); install it there"
     theirs = str(answer)
     if theirs == here or (_one_untold(theirs, here) and theirs.split(_COMMIT)[0] == here.split(_COMMIT)[0]):
         return ""
