@@ -181,7 +181,10 @@ class DaskCrew(contextlib.AbstractContextManager["DaskCrew"]):
         return one._replace(future=future, fit=frozenset(fit), tries=one.tries + 1)
 
     def _is_stranded(self, one: _Handed) -> bool:
-        """Return whether nobody does a job, and there is somebody who could."""
+        """Return whether nobody does a job, and there is somebody who could.
+
+        Not done is "lost" too: what had come of it has gone with its worker.
+        """
         return bool(self.size) and not one.future.done() and one.fit.isdisjoint(self._workers.fit)
 
     def _arrived(self, finished: Any) -> list[tuple[Any, Any]]:
