@@ -96,3 +96,19 @@ def test_of_the_jobs_of_a_worker_that_dies_again_and_again_the_deadly_one_alone_
         found = dict(crew.results(squared, ((k, (k, str(tmp_path), 1, False)) for k in range(5))))
     assert isinstance(found.pop(1), Died)
     assert found == {k: k * k for k in (0, 2, 3, 4)}
+
+
+def test_a_worker_that_goes_after_the_last_result_is_not_waited_for(
+    cluster: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sternplane.campaign.dask_crew._LOOK", 0.0)
+    told, rest = console(), []
+    with worker(cluster, tmp_path) as only, DaskCrew(cluster, told) as crew:
+        results = crew.results(held, ((k, (k, str(tmp_path))) for k in range(2)))
+        assert sorted([next(results), next(results)]) == [(0, 0), (1, 1)]
+        only.kill()
+        until(lambda: not crew._there(), lambda: True)
+        thread = begin(results, rest)
+        thread.join(20.0)
+        assert not thread.is_alive()
+    assert rest == []

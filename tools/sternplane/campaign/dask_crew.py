@@ -156,8 +156,10 @@ class DaskCrew(contextlib.AbstractContextManager["DaskCrew"]):
                     handed = self._hand_out(one)
                     begun[handed.future.key] = handed
                     finished.add(handed.future)
-                if not begun and self.size:
-                    return
+                if not (begun or again):
+                    if (one := next(waiting, None)) is None:
+                        return
+                    again.append(one)  # nobody is there who could take it
                 for future, result in self._arrived(finished):
                     if done := begun.pop(future.key, None):
                         yield done.job, _result(future, result)
