@@ -19,6 +19,8 @@ from pathlib import Path
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "tools" / "examples"
 EXTRAS = "report,data,gym"
+FLOWN = "configs/scenarios/zigzag.toml"
+"""Which is in the wheel: there is no such folder where it is flown."""
 LONGEST_S = 1200.0
 """No step takes so long: the first one that flies compiles the kernels."""
 
@@ -36,10 +38,7 @@ def main() -> int:
             "install the wheel": [*pip, str(wheel)],
             "the vehicle's own program": [python, "-m", "firmware_py", "--version"],
             "list the scenarios": [sternplane, "scenarios"],
-            "fly without what draws": [
-                sternplane,
-                *["sitl", "--no-report", "--scenario", "configs/scenarios/zigzag.toml"],
-            ],
+            "fly without what draws": [sternplane, "sitl", "--scenario", FLOWN, "--no-report"],
             "a shipped vehicle by its name": [sternplane, "vehicle", "check", "configs/remus100"],
             f"install [{EXTRAS}]": [*pip, f"{wheel}[{EXTRAS}]"],
             "fly the demonstration": [sternplane, "sitl"],
