@@ -110,15 +110,14 @@ def _autopilot(path: Path, over: Mapping[str, Any], settings: Sequence[Setting])
 
     So another one that `over` or the settings put in its place has no parameters but those that they give.
     """
-    table = read_table(AutopilotParams, path, {})
-    chosen = {".".join(setting.path): setting.value for setting in settings}
+    file, chosen = read_table(AutopilotParams, path, {}), {".".join(one.path): one.value for one in settings}
+    table = _under(AutopilotParams, file, path, over)
     for kind in KINDS.values():
-        laid, key = table.get(kind.table, {}), kind.key.partition(".")[2]
-        was = laid.get(key)
-        now = chosen.get(kind.key, over.get(kind.table, {}).get(key, was))
-        if is_part_name(was, choice_names(kind.built_in)) and now != was:
-            table[kind.table] = {name: value for name, value in laid.items() if name != "own"}
-    return _under(AutopilotParams, table, path, over)
+        key = kind.key.partition(".")[2]
+        was, laid = file.get(kind.table, {}).get(key), table.get(kind.table, {})
+        if is_part_name(was, choice_names(kind.built_in)) and chosen.get(kind.key, laid[key]) != was:
+            table[kind.table] = {**laid, "own": over.get(kind.table, {}).get("own", {})}
+    return table
 
 
 def with_kept_changes(configuration: Configuration, state: Path | None) -> dict[str, Any]:

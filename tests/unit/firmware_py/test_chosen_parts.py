@@ -64,6 +64,8 @@ def test_another_part_takes_the_place_of_the_file_s_with_its_parameters(
     assert read("autopilot.control.law=tiny_laws:Keeper").law.cls.__name__ == "Keeper"  # which has no parameters
     assert read(over={"law": "tiny_laws:Tiny", "own": {"k": 2.0}}).law.params.k == 2.0
     assert read("autopilot.control.law=tiny", over={"law": "pid"}).law.params.k == 3.0
+    with pytest.raises(ParamError, match=r"\[autopilot\]: control must be a table"):
+        config_files.read_configuration(folder, {"control": 3})
     for words in (("autopilot.control.law=sliding", "autopilot.control.own.k=5.0"), ("autopilot.control.law=pid",)):
         with pytest.raises(ParamError, match=r"names no part of one's own"):
             read(*words, over={"own": {"k": 6.0}})
