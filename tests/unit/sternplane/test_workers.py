@@ -84,24 +84,14 @@ def ends(worker: int) -> bool:
     return False
 
 
-def test_a_worker_ends_when_its_starter_is_killed(tmp_path) -> None:
+@pytest.mark.parametrize("text", [STARTER, ORPHANED], ids=["at work", "before it began"])
+def test_a_worker_ends_when_its_starter_is_killed(text: str, tmp_path) -> None:
     script = tmp_path / "starter.py"
-    script.write_text(STARTER)
+    script.write_text(text)
     with subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, text=True) as starter:
         assert starter.stdout is not None
         worker = int(starter.stdout.readline())
         assert is_running(worker)
-        starter.send_signal(signal.SIGKILL)
-        gone = ends(worker)
-    assert gone
-
-
-def test_a_worker_ends_whose_starter_was_killed_before_it_began(tmp_path) -> None:
-    script = tmp_path / "starter.py"
-    script.write_text(ORPHANED)
-    with subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, text=True) as starter:
-        assert starter.stdout is not None
-        worker = int(starter.stdout.readline())
         starter.send_signal(signal.SIGKILL)
         gone = ends(worker)
     assert gone

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from firmware_py.adapters.storage.regular_file import FolderError, make_folder, read_regular
 from firmware_py.adapters.storage.toml_files import read_toml
+from firmware_py.run.options import io_file
 from firmware_py.run.usage_error import UsageError
 from sim_bridge.scenarios import scenario_path
 from sim_bridge.truth_file import DERIVES
@@ -29,7 +30,7 @@ def files_of(request: FlightRequest) -> dict[str, bytes]:
     Raises:
         UsageError: one cannot be read.
     """
-    io = request.io or request.config / _IO
+    io = io_file(request.config, request.io)
     paths = {path.name: path for path in sorted(request.config.glob("*.toml")) if not path.name.startswith("io_")}
     paths |= {_IO: io, SCENARIO_FILE: scenario_path(request.scenario, SCENARIOS)}
     files = {name: _read(path) for name, path in paths.items()}
