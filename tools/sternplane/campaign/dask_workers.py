@@ -35,6 +35,7 @@ class DaskWorkers:
         self._client, self._address, self._console = client, address, console
         self._known: dict[str, _Known] = {}
         self._waits, self._untold = False, list[str]()
+        self._here = version_line()
 
     @property
     def fit(self) -> list[str]:
@@ -59,7 +60,7 @@ class DaskWorkers:
         told = {}
         for name, answer in self._client.run(version_line, workers=new, on_error="return").items():
             if not isinstance(answer, OSError):  # it has gone meanwhile, or is asked again
-                told[name] = _Known(there[name], _unfit(answer))
+                told[name] = _Known(there[name], _unfit(answer, self._here))
         self._known |= told
         self._untold += [f"{name} {one.unfit}" for name, one in told.items() if one.unfit]
 
@@ -89,9 +90,8 @@ class DaskWorkers:
         self._console.print(said, markup=False)
 
 
-def _unfit(answer: Any) -> str:
-    """Return why a worker that gave this answer gets no job; "" if it gets some."""
-    here = version_line()
+def _unfit(answer: Any, here: str) -> str:
+    """Return why a worker that gave this answer, where the version is `here`, gets no job; "" if it gets some."""
     if isinstance(answer, BaseException):
         return f"lacks {here} ({visible(shortened(one_line(answer)))}); install it there"
     theirs = str(answer)
