@@ -24,7 +24,7 @@ def test_no_valid_value_is_wrong() -> None:
 
 def test_planes_are_not_valid_after_lost_rudders_before_a_pass_confirms_them() -> None:
     """M_ds was, 5 s after the rudders were named: 1.9 times what it is, 9 sigma off, and corrected a second later."""
-    text = dive(("lost:rudder_upper@100", "lost:rudder_lower@100")).replace("duration_s = 450.0", "duration_s = 135.0")
+    text = dive(("lost:rudder_upper@100", "lost:rudder_lower@100"), duration=135.0)
     _, off, valid = judged(text, "npsauv2", nothing, 1000)
     planes, named = [TEN.index("M_q"), TEN.index("M_ds")], round(len(off) * 103.0 / 135.0)
     assert valid[-1, planes].all()

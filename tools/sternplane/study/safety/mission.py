@@ -83,6 +83,7 @@ def scenario(
     coarse: bool = False,
     speed: float = 0.0,
     bottom: float = BOTTOM,
+    duration: float = 0.0,
 ) -> str:
     """Return the scenario of one flight with faults.
 
@@ -97,11 +98,12 @@ def scenario(
         coarse: whether the pressure has less noise than a Bar30 has steps.
         speed: of the mission, m/s; 0 is the cruise of the vehicle.
         bottom: how deep the water is where no profile says so, m.
+        duration: when it is cut off, s; 0 is long after a vehicle should have come up.
     """
     cruise, rpm = CRUISE[vehicle]
     speed = speed or cruise
     start = _AFLOAT if afloat else _UNDER_WAY.format(speed=speed, rpm=rpm * speed / cruise)
-    head = _head(faults, _LONGEST * _slower(vehicle, speed), eddies, learning, profile, start, bottom)
+    head = _head(faults, duration or _LONGEST * _slower(vehicle, speed), eddies, learning, profile, start, bottom)
     return f"watch_s = {watch}\n" + head + "".join([waypoint(place, speed) for place in _LEGS]) + _COARSE * coarse
 
 
