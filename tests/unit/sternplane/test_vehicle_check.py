@@ -245,6 +245,23 @@ def test_another_mass_or_section_in_truth_is_told(tmp_path: Path) -> None:
     assert wrong(told, "hull", "hull.width_m = 0.53 in vehicle.toml, 0.9 in truth.toml")
 
 
+@pytest.mark.parametrize("file", ["vehicle.toml", "truth.toml"])
+def test_added_mass_and_drag_of_fins_above_0_fail_in_either_file(tmp_path: Path, file: str) -> None:
+    boat = Path(shutil.copytree(configs() / "npsauv2", tmp_path / "boat"))
+    edit(boat, file, "X_udot", "0.0076")
+    edit(boat, file, "X_drdr", "0.01")
+    told = [one for one in found(boat) if one.grade is Grade.FAIL]
+    assert wrong(told, "added mass", f"X_udot = 0.0076 in {file} must be below 0")
+    assert wrong(told, "fins", f"X_drdr = 0.01 in {file} must be below 0")
+
+
+def test_what_a_truth_takes_over_from_the_vehicle_file_is_told_once(remus: Path) -> None:
+    edit(remus, "vehicle.toml", "X_udot", "0.0019")
+    assert [one.text.split(" must")[0] for one in found(remus) if one.topic == "added mass"] == [
+        "X_udot = 0.0019 in vehicle.toml"
+    ]
+
+
 def test_what_is_doubtful_says_why_and_what_to_do(tmp_path: Path) -> None:
     boat = Path(shutil.copytree(configs() / "npsauv2", tmp_path / "boat"))
     files = read_files(boat)

@@ -13,7 +13,7 @@ from firmware_py.number_text import signed
 from firmware_py.records.manoeuvrability import Manoeuvrability
 from firmware_py.vehicle.manoeuvrability import ManoeuvrabilityModel
 from sim_bridge.plant.plant_error import PlantError
-from sternplane.vehicles import dimensions, inversion, munk_moment, turning
+from sternplane.vehicles import dimensions, inversion, munk_moment, signs, turning
 from sternplane.vehicles.finding import Finding, Grade, graded
 from sternplane.vehicles.limits import Files, contradictions, top_shaft
 from sternplane.vehicles.stability import Poles, doubling_time, poles_over, righting
@@ -81,6 +81,7 @@ def by_files(files: Files, poles: Sequence[Poles], able: Manoeuvrability) -> Ite
     """
     yield from contradictions(files)
     yield from dimensions.judged(files.vehicle, files.truth)
+    yield from signs.judged(files.vehicle, files.truth)
     yield from _stability(files, poles)
     yield from _trim(files, files.autopilot.guidance.cruise_speed)
     yield from inversion.judged(files)
