@@ -18,8 +18,9 @@ def under_way(
     rpm: float = 500.0,
     watch: float = 0.0,
     current: tuple[float, float] = (0.0, 0.0),
+    learning: bool = False,
 ) -> str:
-    """Return a scenario of so many seconds that begins in `depth`, m, at 1.8 m/s; learning is off.
+    """Return a scenario of so many seconds that begins in `depth`, m, at 1.8 m/s.
 
     Args:
         duration: s.
@@ -32,6 +33,7 @@ def under_way(
         rpm: of the propeller at the start.
         watch: for how long it is watched after it surfaced and disarmed itself, s.
         current: north and east, m/s.
+        learning: whether coefficients and current are learned.
     """
     listed = ", ".join(f'"{fault}"' for fault in faults)
     return f"""
@@ -48,7 +50,7 @@ current_ned_m_s = [{current[0]}, {current[1]}, 0.0]
 depth_m = {depth}
 u_m_s = 1.8
 n_rpm = {rpm}
-{_NO_LEARNING}{"".join(orders)}"""
+{"" if learning else _NO_LEARNING}{"".join(orders)}"""
 
 
 def at_rest(duration: float, *orders: str, bottom: float = 40.0, current: tuple[float, float] = (0.0, 0.0)) -> str:

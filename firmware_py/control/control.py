@@ -41,6 +41,8 @@ from firmware_py.tick import Rate, Tick
 from firmware_py.vehicle.linear_models import DivingCoefficients, SteeringCoefficients, diving_model, steering_model
 from firmware_py.vehicle.vehicle import Vehicle
 
+_STEERS, _CLIMBS = 0.5, 0.8
+"""Share of the desired speed that is made through the water at least: in flight, and while SURFACE has its bow up."""
 NO_DEMAND = Demand(delta_s=0.0, delta_r=0.0, n=0.0, sigma_z=0.0, sigma_psi=0.0)
 
 
@@ -186,7 +188,7 @@ class Control:
         delta_s, sigma_z = self._depth.update(reference, state, theta_dot, fade, dt)
         self._pitch.follow(delta_s, state, dt)
         delta_r, sigma_psi = self._heading.update(reference, state, psi_dot, fade, dt)
-        n = self._speed.update(reference.u_d, nu.u, state.velocity_ok, dt)
+        n = self._speed.drive(reference.u_d, state, dt, _STEERS)
         return Demand(delta_s, delta_r, n, sigma_z, sigma_psi)
 
     def told(self) -> tuple[Event, ...]:
@@ -239,7 +241,7 @@ class Control:
         self._depth.reset()
         self._heading.follow(psi_dot, delta_r, dt)
         self._pitch.follow(delta_s, state, dt)
-        n = self._speed.update(reference.u_d, state.nu.u, state.velocity_ok, dt)
+        n = self._speed.drive(reference.u_d, state, dt, _STEERS)
         n = n if own.n is None else clip(own.n, -self._n_max, self._n_max)
         return Demand(delta_s, delta_r, n, own.sigma_z, own.sigma_psi)
 
@@ -254,8 +256,9 @@ class Control:
         dt: float,
     ) -> Demand:
         """Return the demand of a stage of SURFACE; a tilt that is doubted is not used, without attitude no heading."""
-        u, drives = state.nu.u, mode.ascent not in (AscentStage.REVERSE, AscentStage.STOPPED)
-        n = self._speed.update(reference.u_d if drives else 0.0, u, state.velocity_ok, dt)
+        drives = mode.ascent not in (AscentStage.REVERSE, AscentStage.STOPPED)
+        least = _CLIMBS if state.attitude_ok and state.eta.theta > 0.0 else 0.0
+        n = self._speed.drive(reference.u_d if drives else 0.0, state, dt, least)
         if mode.ascent is AscentStage.REVERSE:
             n = -min(self._params.ascent.n_reverse, self._n_max)
         elif mode.ascent is AscentStage.FULL:

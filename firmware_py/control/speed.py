@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from firmware_py.marine import clip
 from firmware_py.params import param
+from firmware_py.records.estimate import StateEstimate
 from firmware_py.vehicle.vehicle import Propeller
 
 
@@ -40,29 +42,41 @@ class SpeedControl:
         self._n_max = propeller.n_max
         self._integral = 0.0
 
-    def update(self, u_d: float, u: float, u_valid: bool, dt: float) -> float:
+    def drive(self, u_d: float, state: StateEstimate, dt: float, least: float) -> float:
+        """Return `update` for an estimated state."""
+        return self.update(u_d, state.nu.u, state.velocity_ok, dt, state.through_water, least)
+
+    def update(
+        self, u_d: float, u: float, u_valid: bool, dt: float, through: float = math.inf, least: float = 0.0
+    ) -> float:
         """Return the propeller speed n, rev/s, in [0, n_max]: n = n_trim / u_trim u_d + k_p (u_d - u) + integral.
 
         Never turns the propeller astern; u_d <= 0 stops it and clears the integral. Anti-windup: the integral is held
         while n is at a bound and the error drives it further out.
 
+        Fins act by the speed through the water alone, so a share of u_d is made through it at least, in a current from
+        astern too: by `through`, and where that is not known, or u lies, by the propeller speed that belongs to it.
+
         Args:
-            u_d: desired surge speed, m/s.
+            u_d: desired surge speed over the ground, m/s.
             u: measured surge speed, m/s.
             u_valid: false leaves u out: feed-forward and the held integral only.
             dt: step, s.
+            through: speed through the water, m/s.
+            least: the share.
         """
         if not u_d > 0.0:
             self._integral = 0.0
             return 0.0
-        n = self._n_per_u * u_d + self._integral
+        trim = self._n_per_u * u_d
+        n, n_least = trim + self._integral, min(least * trim, self._n_max)
         if not u_valid:
-            return clip(n, 0.0, self._n_max)
-        error = u_d - u
+            return clip(n, n_least, self._n_max)
+        error = u_d - min(u, through + (1.0 - least) * u_d)
         n += self._params.k_p * error
-        if (n < self._n_max or error < 0.0) and (n > 0.0 or error > 0.0):
+        if (n < self._n_max or error < 0.0) and (n > n_least or error > 0.0):
             self._integral = clip(self._integral + dt * self._params.k_i * error, -self._n_max, self._n_max)
-        return clip(n, 0.0, self._n_max)
+        return clip(n, n_least, self._n_max)
 
     def reset(self) -> None:
         """Clear the integral."""

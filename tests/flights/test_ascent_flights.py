@@ -44,6 +44,17 @@ def test_remus_100_comes_up_under_power(flown: Flights, at: float) -> None:
     assert log.truth["eta.theta"][coming].min() > math.radians(-8.0)
 
 
+@pytest.mark.parametrize("learning", [True, False])
+def test_in_a_current_from_astern_it_climbs_without_its_weight_too(flown: Flights, learning: bool) -> None:
+    """By the speed over the ground its propeller stood: it stayed at 22 m, sound, with a leak, for good."""
+    orders, stuck = (hold(10.0), surface(45.0)), ("stuck:weight@0",)
+    told = under_way(170.0, 10.0, *orders, completes="surfaced", faults=stuck, current=(1.2, 0.0), learning=learning)
+    _, log = flown(told)
+    assert log.truth["eta.z"].max() < 11.0
+    assert log.truth["eta.z"][-1] < 0.6
+    assert log.columns["mode.mode"][-1] == Mode.DISARMED
+
+
 def test_planes_jammed_in_a_dive_cost_the_weight_and_not_the_vehicle(flown: Flights) -> None:
     jam = ("jam:stern_port=23@8", "jam:stern_starboard=23@8")
     _, log = flown(text(*jam, depth=12.0, dive=25.0), seed=1001)

@@ -14,7 +14,7 @@ from firmware_py.control.feed_forward import track_depth
 from firmware_py.control.sliding_mode_params import GainSet
 from firmware_py.marine import Eta, Nu
 from firmware_py.params import ParamError, dump, load
-from firmware_py.records.command import Demand, ModeState, Reference
+from firmware_py.records.command import AscentStage, Demand, ModeState, Reference
 from firmware_py.records.estimate import StateEstimate, VelocitySource
 from firmware_py.records.order import NO_ORDER, Mode, Order, Sticks
 from firmware_py.tick import Tick
@@ -251,6 +251,29 @@ def test_propeller_starts_from_rest_within_bounds_and_does_not_wind_up() -> None
     stop = dataclasses.replace(REFERENCE, u_d=0.0)
     assert hold(control, state(u=2.6), stop, 6001).n == 0.0
     assert hold(control, state(u=1.8288), REFERENCE, 6002).n == pytest.approx(N_TRIM)
+
+
+def test_half_of_the_speed_is_made_through_the_water_whatever_the_ground_says() -> None:
+    """In 1.6 m/s from astern 0.2 m/s were left for the fins, and the depth was given up."""
+
+    def n(u: float, current: float) -> float:
+        return hold(Control(ControlParams(), VEHICLE), dataclasses.replace(state(u=u), water=(current, 0.0))).n
+
+    half = 0.5 * REFERENCE.u_d
+    assert n(REFERENCE.u_d + 1.0, 0.0) == pytest.approx(0.5 * N_TRIM)  # a speed that lies
+    assert n(REFERENCE.u_d, 0.4) == pytest.approx(N_TRIM)  # over the ground, as ordered
+    assert n(half + 1.6, 1.6) == pytest.approx(N_TRIM)
+    assert n(half + 1.5, 1.6) > N_TRIM + 1.0
+
+
+def test_surface_climbs_through_the_water_with_its_bow_up() -> None:
+    def n(theta: float, stage: AscentStage) -> float:
+        up = ModeState(Mode.SURFACE, False, 0, ascent=stage)
+        return Control(ControlParams(), VEHICLE).update(tick(0), up, NO_ORDER, REFERENCE, state(u=3.0, theta=theta)).n
+
+    assert n(0.1, AscentStage.POWERED) == pytest.approx(0.8 * N_TRIM)
+    assert n(-0.1, AscentStage.POWERED) == 0.0
+    assert n(0.1, AscentStage.STOPPED) == 0.0
 
 
 def test_speed_that_is_not_known_is_not_fed_back() -> None:
