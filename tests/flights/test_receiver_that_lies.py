@@ -70,3 +70,12 @@ def test_a_receiver_that_walks_off_against_the_current_convicts_no_sound_dvl(tmp
     assert abs(log.columns["state.eta.x"] - log.truth["eta.x"])[-1] < 6.0
     assert off(log)[t > 5.0].max() < 5.0
     assert off(log)[t > 75.0].max() < 3.0
+
+
+def test_a_receiver_that_lies_keeps_no_blocked_pressure_from_being_named(tmp_path: Path) -> None:
+    """Each of its fixes said that the vehicle floats: it dived to 16 m, disarmed itself, and said it had surfaced."""
+    blocked = ("freeze:fix@8", "set:pressure=0@8", "noise:pressure=0.02@8.2")
+    log = from_the_surface(tmp_path, 75.0, mission([(45.0, 6.0), (175.0, 28.0)]), *blocked)
+    assert faults_of(log, "pressure") - {SourceFault.NONE}
+    assert log.truth["eta.z"].max() < 4.0
+    assert log.truth["eta.z"][-1] < 1.0

@@ -69,7 +69,8 @@ class FixCheck:
         if not (watch.hear(heard, t) and self.check(heard, t, depth, vertical.depth, watch)):
             return math.nan
         watch.take(heard)
-        vertical.float_up()
+        if watch.health.believed:  # one that stands still, or walks off, may be below
+            vertical.float_up()
         wrong, since = way.hear(heard.value, t, silent, dvl.believed or dvl.fault is SourceFault.CONTRADICTED)
         if wrong is Wrong.DVL:
             sources.dvl.accuse(SourceFault.CONTRADICTED, t)
