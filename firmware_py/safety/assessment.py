@@ -41,6 +41,9 @@ _BY_MOTION = 0.5
 """Of the reserve. 10 deg of angle are 22 % of the control that two fins of 23 deg have; 4 deg too many are 9 %."""
 _SLOW = 0.5
 """Slower than this, m/s, the way down is no dive that is pulled up from."""
+_SLOWEST = 0.3
+"""Through the water it is never counted as slower than this, m/s: the way up is made through it, and a bottom comes as
+fast as the vehicle moves over the ground."""
 _RISES = 0.05
 """A bottom that rises more slowly than this, m/s, is level: the noise of the sensors is as much."""
 _CLIMBS = 0.9
@@ -81,6 +84,7 @@ def conditions(
     depth_ok = state.depth_ok and depth_age <= params.depth_timeout
     rise = was.bottom.rise if was.bottom.rise > _RISES else 0.0
     u = max(state.nu.u, _SLOW)
+    through = max(min(u, state.through_water), _SLOWEST)
     fix_heard = sensors.fix.state is _GOOD and frame.fix.usable(t, params.fix_timeout)
     if sensors.fix.fault is SourceFault.CONTRADICTED:  # it lies about the place, and hears satellites
         fix_heard = t - frame.fix.t_valid <= params.fix_timeout
@@ -123,8 +127,9 @@ def conditions(
         left=left,
         slope=math.atan2(z_dot, u),
         rise=rise,
-        rise_slope=math.atan2(rise, u),
-        too_steep=max(0.0, rise - u * math.tan(_CLIMBS * params.ascent.pitch)),
+        rise_slope=math.atan2(rise, through),
+        too_steep=max(0.0, rise - through * math.tan(_CLIMBS * params.ascent.pitch)),
+        while_it_stops=rise * (1.0 - 0.5 * through / u) if rise > through * math.tan(params.ascent.pitch) else 0.0,
         start=was.start,
         weight_gone=weight not in _HANGS and (was.drop or was.weight_gone or weight is WeightState.GONE),
     )

@@ -110,5 +110,7 @@ class Conditions(NamedTuple):
     """how steeply, rad; 0 where it falls."""
     too_steep: float = 0.0
     """By how much faster it rises than the vehicle can climb at this speed, m/s; 0 where it does not."""
+    while_it_stops: float = 0.0
+    """How fast it rises in the mean until the way is off, m/s; 0 where SURFACE climbs away in place of stopping."""
     start: Start = OVER
     """How it began, while nobody has armed it since."""

@@ -8,7 +8,7 @@ from firmware_py.safety.safety_params import SafetyParams
 
 _LATE = 3.0
 """With a slow stern plane the vehicle pulls up later by so much, s."""
-_DEEPEST_DIVE = 10.0
+_DEEPEST_DIVE = 20.0
 """By no dive that is steered by hand is more depth than this counted as lost, m."""
 _ANSWERS = 1.0
 """A dive goes on steepening for so long, s, before the planes answer."""
@@ -21,8 +21,8 @@ def altitude_reached(c: Conditions, p: SafetyParams) -> float:
         by_hand = c.wanted is Mode.MANUAL
         pull_up = _dive_left(c, p, slope, p.altitude_time) if by_hand else c.left.pull_up(slope)
     nearer = max(0.0, c.z_dot + c.rise) * p.altitude_ahead
-    stops = c.too_steep * p.stop_time
-    return c.altitude - max(nearer, pull_up) - stops  # a dive ends, and a climb begins, later
+    climbs = max(nearer, pull_up) + c.too_steep * p.stop_time  # a dive ends, and a climb begins, later
+    return c.altitude - max(climbs, c.while_it_stops * p.stop_time)
 
 
 def too_low(c: Conditions, p: SafetyParams) -> bool:
