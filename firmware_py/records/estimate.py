@@ -6,7 +6,7 @@ import enum
 import math
 from dataclasses import dataclass, field
 
-from firmware_py.marine import Eta, Nu
+from firmware_py.marine import Eta, Nu, clip
 from firmware_py.records.event import Event
 from firmware_py.records.health import ALL_GOOD, Candidate, SensorHealth
 from firmware_py.records.order import BESIDE
@@ -59,6 +59,10 @@ NOTHING_LEARNED = Learned(
     horizon=math.nan,
 )
 """Of an estimator that does not learn."""
+
+
+UNSURE_CURRENT = 0.2
+"""What is known of the current may be off by so much, m/s, while it is learned or changes."""
 
 
 class VelocitySource(enum.IntEnum):
@@ -117,6 +121,12 @@ class StateEstimate:
             return self.nu.u
         _, _, _, _, theta, psi = self.eta
         return self.nu.u - (north * math.cos(psi) + east * math.sin(psi)) * math.cos(theta)
+
+    @property
+    def through_water_sure(self) -> float:
+        """Return the speed over the ground, m/s, less as much of the current as is sure: all but `UNSURE_CURRENT`."""
+        through = self.through_water
+        return clip(self.nu.u, through - UNSURE_CURRENT, through + UNSURE_CURRENT)
 
     @property
     def z_dot(self) -> float:

@@ -42,7 +42,7 @@ _BOW_UP, _TOO_STEEP = math.radians(3.0), math.radians(70.0)
 _HEAVY_TIME = 10.0
 """At rest without its weight, a vehicle that still sinks after so long, s, is heavy."""
 GATHERS = 45.0
-"""A vehicle that rests gathers way in so long, s, before its pitch can lift it."""
+"""A vehicle that rests in the water gathers way in so long, s, before its pitch can lift it."""
 _HYSTERESIS = 1.0
 """So much deeper, m, than where a stage near the surface begins, it ends."""
 NONE, POWERED, BLIND, LEVEL = AscentStage.NONE, AscentStage.POWERED, AscentStage.BLIND, AscentStage.LEVEL
@@ -146,7 +146,7 @@ class Ascent:
 
     def _gathers(self, v: AscentView) -> float:
         """Return how much longer a vehicle that moves as `v` says may be without progress, s."""
-        return GATHERS if v.u < self._params.rest_speed else 0.0
+        return GATHERS if v.through < self._params.rest_speed else 0.0
 
     def _observe(self, m: AscentMemory, v: AscentView) -> AscentMemory:
         """Bring depth, progress and the clocks of pitch and roll up to date."""
@@ -190,14 +190,15 @@ class Ascent:
         if m.stage is REVERSE:
             if trouble is not None and trouble.drop and not m.asked:
                 return trouble._replace(stage=REVERSE)
-            stopped = v.u <= self._params.rest_speed if v.speed_ok else False
+            way = v.u if v.rise_slope > self._params.pitch else v.through  # planes act by the latter
+            stopped = v.speed_ok and way <= self._params.rest_speed
             up = m.z_dot < -_SINKS and not _fell(m, v) > _FELL and v.rise_slope <= self._params.pitch
             rises = v.attitude_ok and v.theta > 0.0 and up
-            late = v.t - m.since > self._params.reverse_time
             in_vain = not v.attitude_ok and m.z_dot > _SINKS and v.t - m.since > _ENTRY  # its bow may be up
             if in_vain and not m.asked:
                 return Step(STOPPED, True, Cause.NO_CLIMB, (v.t - m.since,))
-            return Step(STOPPED, False, Cause.NONE) if stopped or rises or late or in_vain else None
+            ends = stopped or rises or in_vain or v.t - m.since > self._params.reverse_time
+            return Step(STOPPED, False, Cause.NONE) if ends else None
         return trouble or self._drive(m, v)
 
     def _trouble(self, m: AscentMemory, v: AscentView) -> Step | None:
@@ -206,7 +207,7 @@ class Ascent:
         sinks = m.z_dot > _SINKS or fell > _FELL
         down = sinks or (v.attitude_ok and v.theta < 0.0)
         driven_up = _driven_up(v, 0.0 if m.stage is FULL else _BOW_UP)
-        brake = REVERSE if down and (v.u > p.rest_speed or not v.speed_ok) else STOPPED
+        brake = REVERSE if down and (v.through > p.rest_speed or not v.speed_ok) else STOPPED
         if not v.attitude_ok and m.drop:
             brake = STOPPED  # without its weight, forward, its bow is up
         if driven_up and ((v.depth_ok and m.z_dot > _SINKS) or m.stage is FULL):

@@ -14,10 +14,11 @@ from firmware_py.tick import Tick
 class AscentView(NamedTuple):
     """What the procedure looks at in one tick (s, m, rad, m/s).
 
-    `z`, `z_dot` and `altitude` as estimated; `depth_ok`, `attitude_ok` and `speed_ok` say whether depth, attitude and
-    `u` rest on measurements, and the attitude on such as nothing contradicts; `fix` that a position fix is heard; `jam`
-    what the planes do that are known to be stuck, `weight` where the drop weight is, `too_low` whether the rule
-    on the altitude says so, `rise_slope` how steeply the bottom rises.
+    `z`, `z_dot`, `u` and `altitude` as estimated, `through` the speed through the water as far as the current is sure;
+    `depth_ok`, `attitude_ok` and `speed_ok` say whether depth, attitude and `u` rest on measurements, and the attitude
+    on such as nothing contradicts; `fix` that a position fix is heard; `jam` what the planes do that are known to be
+    stuck, `weight` where the drop weight is, `too_low` whether the rule on the altitude says so, `rise_slope` how
+    steeply the bottom rises against the way through the water.
     """
 
     t: float
@@ -30,6 +31,7 @@ class AscentView(NamedTuple):
     phi: float
     theta: float
     u: float
+    through: float
     altitude: float
     fix: bool
     jam: PlaneJam
@@ -43,5 +45,5 @@ def view_of(
 ) -> AscentView:
     """Return the view of a tick, in which `c` is what the rules look at, `low` whether it is too near to the bottom."""
     ok = c.attitude_ok and not c.sensors.ahrs.tilt_doubted, c.depth_ok, state.velocity_ok
-    seen = c.depth, c.z_dot, state.eta.phi, state.eta.theta, state.nu.u, c.altitude
+    seen = c.depth, c.z_dot, state.eta.phi, state.eta.theta, state.nu.u, state.through_water_sure, c.altitude
     return AscentView(tick.t, tick.dt, *ok, *seen, c.fix_heard, jam, weight, low, c.rise_slope)

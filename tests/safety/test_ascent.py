@@ -44,13 +44,25 @@ class Rising:
             self.view["z"] += rate * DT
             self.view["z_dot"] = rate
             self.t += DT
-            self.memory, told = self.ascent.update(self.memory, AscentView(self.t, DT, **self.view))
+            self.memory, told = self.ascent.update(self.memory, AscentView(self.t, DT, **self.seen))
             self.events += told
         return self.memory.stage
 
     @property
+    def seen(self) -> dict[str, Any]:
+        """The view, in water that stands still unless it is told."""
+        return {"through": self.view["u"]} | self.view
+
+    @property
     def causes(self) -> list[Cause]:
         return [event.cause for event in self.events]
+
+
+def test_way_is_off_where_planes_do_nothing_any_more() -> None:
+    """In a current from astern it went on astern through the water until it stood over the ground."""
+    vehicle = Rising(through=0.6)
+    assert vehicle.go(5.0, 0.3, jam=PlaneJam.DOWN, theta=-0.2) is REVERSE
+    assert vehicle.go(1.0, 0.3, u=1.3, through=0.1) is STOPPED
 
 
 def test_who_climbs_goes_on_and_comes_level_near_the_surface_without_a_word() -> None:
@@ -427,7 +439,7 @@ def test_a_depth_that_stays_does_not_keep_the_weight_where_velocity_and_altitude
         vehicle.view["z"] += depth_rate * DT
         vehicle.view |= {"z_dot": 0.8, "altitude": vehicle.view["altitude"] - 0.8 * DT}
         vehicle.t += DT
-        view = AscentView(vehicle.t, DT, **vehicle.view)
+        view = AscentView(vehicle.t, DT, **vehicle.seen)
         vehicle.memory, told = vehicle.ascent.update(vehicle.memory, view)
         vehicle.events += told
     assert vehicle.causes[0] is Cause.DEEPER

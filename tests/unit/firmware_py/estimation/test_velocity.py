@@ -102,6 +102,15 @@ def test_without_both_the_hull_moves_through_the_current_that_was_known_last() -
     assert velocity.water(PARAMS, memory, t)[:2] == (0.1, 0.2)
 
 
+def test_by_pings_alone_the_water_moves_as_it_was_known_to_last() -> None:
+    """After a weight was dropped no filter follows the hull: in 1.2 m/s from astern SURFACE then took way for climbing."""
+    memory, t = follow(60.0, learned=lambda t: known(t) if t < 5.0 else None)
+    assert memory.source is VelocitySource.DVL
+    assert velocity.water(PARAMS, memory, t)[:2] == (0.1, 0.2)
+    never, t = follow(60.0)
+    assert all(math.isnan(x) for x in velocity.water(PARAMS, never, t))
+
+
 def test_a_current_that_is_too_old_to_go_by_is_neither_added_nor_told() -> None:
     """Subtracted from a velocity that it is not in, it made the speed through the water 0.8 m/s in a hull of 1.8."""
     params = replace(PARAMS, current_walk=0.1)

@@ -1,13 +1,13 @@
-"""The trials of heavy hulls, of what sinks again, of slow missions and of water too deep to hear its bottom."""
+"""The trials of heavy hulls, of what sinks again, of slow missions, of deep water and of currents from astern."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 from sternplane.study.safety.sensor_trials import NO_DEPTH, NO_TILT
-from sternplane.study.safety.struck import RUDDERS
+from sternplane.study.safety.struck import RUDDERS, STERNS
 from sternplane.study.safety.trial import Allowed, Group, Named, Trial, flown_on
-from sternplane.study.safety.vehicle_trials import WATCH
+from sternplane.study.safety.vehicle_trials import BOTTOM_NEAR, CURRENT_STEP, LEAKS, WATCH
 
 _TOO_HEAVY = "more than the depth law and the drop weight make good: it comes up under full power"
 _BEYOND_ITS_MODEL = (
@@ -120,4 +120,33 @@ DEEP = Group(
         ),
     ),
 )
-GROUPS = (HEAVY, SINKING, SLOW, DEEP)
+FOLLOWING = Group(
+    "Currents from astern",
+    (
+        Trial(
+            "set:current.north=1",
+            ("set:current.north=1@{t}",),
+            note="the bottom comes faster, and less way is made through the water",
+            allowed=(*CURRENT_STEP, Allowed((*STERNS, *RUDDERS), ("WEAK",), "half of the flow is gone in a moment")),
+        ),
+        Trial(
+            "set:current.north=1.2, stuck:weight, set:leak=100",
+            ("set:current.north=1.2@{early}", "stuck:weight@{early}", "set:leak=100@{t}"),
+            Named((), 3.0, rules=("LEAK",)),
+            "it climbs through the water alone",
+            ends=LEAKS,
+            allowed=CURRENT_STEP,
+            watch=WATCH,
+        ),
+        Trial(
+            "set:current.north=0.7, ridge up to 18 m",
+            ("set:current.north=0.7@{early}",),
+            Named((), rules=("ALTITUDE_LIMIT",)),
+            ends=BOTTOM_NEAR,
+            allowed=CURRENT_STEP,
+            profile=((0.0, 40.0), (20.0, 40.0), (120.0, 18.0), (135.0, 18.0), (165.0, 40.0)),
+            onsets=(0,),
+        ),
+    ),
+)
+GROUPS = (HEAVY, SINKING, SLOW, DEEP, FOLLOWING)

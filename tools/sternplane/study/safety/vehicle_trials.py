@@ -23,7 +23,7 @@ _NO_STEERING = "what is left does not steer it: it comes up"
 _NO_THRUST = "without thrust it comes up"
 _NO_LINK = "nothing to believe comes from what it needs: it comes up"
 _ROLLS = "it comes up when it rolls over"
-_BOTTOM = "it comes up over a bottom that is too near"
+BOTTOM_NEAR = "it comes up over a bottom that is too near"
 _ALIKE = (
     Allowed(
         ("stern_starboard",),
@@ -162,7 +162,7 @@ ACTUATORS = Group(
 )
 
 
-_JUMP = (
+CURRENT_STEP = (
     Allowed(
         ("dvl",), ("STEP", "CURRENT"), "no water changes so at once: a DVL that is off does, and nothing else tells"
     ),
@@ -181,10 +181,15 @@ WATER = Group(
             "set:current.east=1",
             ("set:current.east=1@{t}",),
             note="the way made good is corrected for it",
-            allowed=_JUMP,
+            allowed=CURRENT_STEP,
         ),
-        Trial("set:current.east=2", ("set:current.east=2@{t}",), note="the hull rolls, and drives on", allowed=_JUMP),
-        Trial("set:current.north=-1", ("set:current.north=-1@{t}",), note="it takes longer", allowed=_JUMP),
+        Trial(
+            "set:current.east=2",
+            ("set:current.east=2@{t}",),
+            note="the hull rolls, and drives on",
+            allowed=CURRENT_STEP,
+        ),
+        Trial("set:current.north=-1", ("set:current.north=-1@{t}",), note="it takes longer", allowed=CURRENT_STEP),
         Trial(
             "ballast:weight=1",
             ("ballast:weight=1@{t}",),
@@ -225,7 +230,7 @@ WATER = Group(
             (),
             Named((), rules=("ALTITUDE_LIMIT",)),
             "below the first waypoint, on a way that descends by 4 deg",
-            ends=_BOTTOM,
+            ends=BOTTOM_NEAR,
             profile=((-100.0, 40.0), (20.0, 8.2), (62.0, 8.2), (100.0, 40.0)),
             from_start=True,
             onsets=(0,),
@@ -235,14 +240,14 @@ WATER = Group(
             "ridge up to 18 m",
             (),
             Named((), rules=("ALTITUDE_LIMIT",)),
-            ends=_BOTTOM,
+            ends=BOTTOM_NEAR,
             profile=((0.0, 40.0), (120.0, 18.0), (135.0, 18.0), (165.0, 40.0)),
             onsets=(1,),
         ),
     ),
 )
 _COUNTED = "counted; enough comes through"
-_LEAK = "water comes in: it comes up"
+LEAKS = "water comes in: it comes up"
 _SPARSE = (
     Allowed(ON_BUS, ("SILENT",), "a report of several frames is lost with any of them, at times for a whole time-out"),
 )
@@ -278,14 +283,14 @@ WIRES = Group(
             short=True,
         ),
         Trial(
-            "set:leak=100", ("set:leak=100@{t}",), Named((), 3.0, rules=("LEAK",)), ends=_LEAK, short=True, watch=WATCH
+            "set:leak=100", ("set:leak=100@{t}",), Named((), 3.0, rules=("LEAK",)), ends=LEAKS, short=True, watch=WATCH
         ),
         Trial(
             "set:leak=100, ballast:weight=0.5",
             ("set:leak=100@{t}", "ballast:weight=0.5@{t}"),
             Named((), 3.0, rules=("LEAK",)),
             "what came in pulls it down once it lies disarmed",
-            ends=_LEAK,
+            ends=LEAKS,
             watch=WATCH,
         ),
     ),
