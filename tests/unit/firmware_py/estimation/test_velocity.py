@@ -103,7 +103,7 @@ def test_without_both_the_hull_moves_through_the_current_that_was_known_last() -
 
 
 def test_by_pings_alone_the_water_moves_as_it_was_known_to_last() -> None:
-    """After a weight was dropped no filter follows the hull: in 1.2 m/s from astern SURFACE then took way for climbing."""
+    """Behind a dropped weight no filter follows the hull, and SURFACE took way over the ground for a climb."""
     memory, t = follow(60.0, learned=lambda t: known(t) if t < 5.0 else None)
     assert memory.source is VelocitySource.DVL
     assert velocity.water(PARAMS, memory, t)[:2] == (0.1, 0.2)
