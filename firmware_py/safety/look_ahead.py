@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from firmware_py.records.health import ActuatorFault
 from firmware_py.records.order import Mode
 from firmware_py.safety.conditions import Conditions
 from firmware_py.safety.safety_params import SafetyParams
 
-_LATE = 3.0
-"""With a slow stern plane the vehicle pulls up later by so much, s."""
+_LATE = {ActuatorFault.SLOW: 3.0, ActuatorFault.LAGGING: 6.0}
+"""With a slow stern plane, and one that is too slow to steer with, the vehicle pulls up later by so much, s."""
 _DEEPEST_DIVE = 20.0
 """By no dive that is steered by hand is more depth than this counted as lost, m."""
 _ANSWERS = 1.0
@@ -44,7 +45,7 @@ def depth_reached(c: Conditions, p: SafetyParams) -> float:
     """Return the depth, m, with what is lost until it has pulled up: a law does so in time, as a sound vehicle can."""
     if c.faults.plane:
         return c.depth
-    late = _LATE * max(0.0, c.z_dot) if c.faults.slow else 0.0
+    late = _LATE[c.faults.slow.fault] * max(0.0, c.z_dot) if c.faults.slow else 0.0
     by_hand = c.wanted is Mode.MANUAL
     lost = _dive_left(c, p, c.slope, p.depth_max_time) if by_hand else c.left.lost_height(c.slope)
     return c.depth + lost + late

@@ -160,6 +160,13 @@ def answers(vehicle: SupervisedVehicle, case: Case, ticks: int) -> list[Cause]:
     return causes
 
 
+def test_a_plane_that_is_too_slow_to_steer_with_shortens_a_dive_by_more() -> None:
+    fins = (VehicleFin("port", 0.5, limit=0.4), VehicleFin("starboard", 0.5, limit=0.4), *FINS[2:])
+    for fault, ends in ((ActuatorFault.SLOW, False), (ActuatorFault.LAGGING, True)):
+        case = Case(Cause.DEPTH_LIMIT, "", 0, {"z": 26.5, "nu": STEEP, **lagging(fault, NONE)})
+        assert (Cause.DEPTH_LIMIT in answers(sailing(Mode.MISSION, PARAMS, fins), case, 100)) == ends
+
+
 def test_a_slow_rudder_shortens_no_dive() -> None:
     slow = {"actuators": ActuatorHealth((NONE, NONE, ActuatorFault.SLOW, NONE), NONE), "left": UNLIMITED}
     for case in (
