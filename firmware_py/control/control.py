@@ -41,8 +41,9 @@ from firmware_py.tick import Rate, Tick
 from firmware_py.vehicle.linear_models import DivingCoefficients, SteeringCoefficients, diving_model, steering_model
 from firmware_py.vehicle.vehicle import Vehicle
 
-_STEERS, _CLIMBS = 0.5, 0.8
-"""Share of the desired speed that is made through the water at least: in flight, and while SURFACE has its bow up."""
+_STEERS, _CLIMBS, _DRIVES = 0.6, 0.9, 0.8
+"""Share of the desired speed that is made through the water: in flight, and while SURFACE has its bow up. There the
+propeller turns with so much of its trim at least: the current may not be known, or the DVL lie."""
 NO_DEMAND = Demand(delta_s=0.0, delta_r=0.0, n=0.0, sigma_z=0.0, sigma_psi=0.0)
 
 
@@ -257,8 +258,8 @@ class Control:
     ) -> Demand:
         """Return the demand of a stage of SURFACE; a tilt that is doubted is not used, without attitude no heading."""
         drives = mode.ascent not in (AscentStage.REVERSE, AscentStage.STOPPED)
-        least = _CLIMBS if state.attitude_ok and state.eta.theta > 0.0 else 0.0
-        n = self._speed.drive(reference.u_d if drives else 0.0, state, dt, least)
+        least, floor = (_CLIMBS, _DRIVES) if state.attitude_ok and state.eta.theta > 0.0 else (0.0, 0.0)
+        n = self._speed.drive(reference.u_d if drives else 0.0, state, dt, least, floor)
         if mode.ascent is AscentStage.REVERSE:
             n = -min(self._params.ascent.n_reverse, self._n_max)
         elif mode.ascent is AscentStage.FULL:

@@ -42,12 +42,19 @@ class SpeedControl:
         self._n_max = propeller.n_max
         self._integral = 0.0
 
-    def drive(self, u_d: float, state: StateEstimate, dt: float, least: float) -> float:
+    def drive(self, u_d: float, state: StateEstimate, dt: float, least: float, floor: float = 0.0) -> float:
         """Return `update` for an estimated state."""
-        return self.update(u_d, state.nu.u, state.velocity_ok, dt, state.through_water, least)
+        return self.update(u_d, state.nu.u, state.velocity_ok, dt, state.through_water_sure, least, floor)
 
     def update(
-        self, u_d: float, u: float, u_valid: bool, dt: float, through: float = math.inf, least: float = 0.0
+        self,
+        u_d: float,
+        u: float,
+        u_valid: bool,
+        dt: float,
+        through: float = math.inf,
+        least: float = 0.0,
+        floor: float = 0.0,
     ) -> float:
         """Return the propeller speed n, rev/s, in [0, n_max]: n = n_trim / u_trim u_d + k_p (u_d - u) + integral.
 
@@ -55,7 +62,7 @@ class SpeedControl:
         while n is at a bound and the error drives it further out.
 
         Fins act by the speed through the water alone, so a share of u_d is made through it at least, in a current from
-        astern too: by `through`, and where that is not known, or u lies, by the propeller speed that belongs to it.
+        astern too.
 
         Args:
             u_d: desired surge speed over the ground, m/s.
@@ -64,12 +71,13 @@ class SpeedControl:
             dt: step, s.
             through: speed through the water, m/s.
             least: the share.
+            floor: share of the propeller speed in trim that it turns with at least, whatever u and `through` say.
         """
         if not u_d > 0.0:
             self._integral = 0.0
             return 0.0
         trim = self._n_per_u * u_d
-        n, n_least = trim + self._integral, min(least * trim, self._n_max)
+        n, n_least = trim + self._integral, min(floor * trim, self._n_max)
         if not u_valid:
             return clip(n, n_least, self._n_max)
         error = u_d - min(u, through + (1.0 - least) * u_d)

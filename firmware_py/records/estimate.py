@@ -6,7 +6,7 @@ import enum
 import math
 from dataclasses import dataclass, field
 
-from firmware_py.marine import Eta, Nu, clip
+from firmware_py.marine import Eta, Nu
 from firmware_py.records.event import Event
 from firmware_py.records.health import ALL_GOOD, Candidate, SensorHealth
 from firmware_py.records.order import BESIDE
@@ -61,10 +61,6 @@ NOTHING_LEARNED = Learned(
 """Of an estimator that does not learn."""
 
 
-UNSURE_CURRENT = 0.2
-"""What is known of the current may be off by so much, m/s, while it is learned or changes."""
-
-
 class VelocitySource(enum.IntEnum):
     """What the velocity over the ground rests on."""
 
@@ -88,7 +84,8 @@ class StateEstimate:
     the coefficient filter where it goes on without DVL; `leak` that water was found; `sensors` which sensors are
     believed; `learned` what is known of vehicle and water beyond their files. `velocity_source` is what the velocity
     rests on, `water` the water's velocity north and east, eddies included, m/s, with 1 sigma `water_std` of each; NaN:
-    not known. `fix_jump` is by how much fixes that contradicted the position put it right in this tick, m.
+    not known. `current_ahead` is as much of the current along the hull, the last one that was known, as is sure, m/s; 0
+    where none is. `fix_jump` is by how much fixes that contradicted the position put it right in this tick, m.
     `candidates` are the devices of every role that has more than one, the first in priority first. `payload` is that of
     the frame. `refused` is how many values of each sensor of `SensorHealth` were left out one by one so far.
     """
@@ -107,6 +104,7 @@ class StateEstimate:
     velocity_source: VelocitySource = VelocitySource.DVL
     water: tuple[float, float] = (math.nan, math.nan)
     water_std: float = math.nan
+    current_ahead: float = 0.0
     fix_jump: float = 0.0
     candidates: tuple[Candidate, ...] = ()
     payload: tuple[PayloadReading, ...] = field(default=(), metadata={BESIDE: True})
@@ -124,9 +122,8 @@ class StateEstimate:
 
     @property
     def through_water_sure(self) -> float:
-        """Return the speed over the ground, m/s, less as much of the current as is sure: all but `UNSURE_CURRENT`."""
-        through = self.through_water
-        return clip(self.nu.u, through - UNSURE_CURRENT, through + UNSURE_CURRENT)
+        """Return the speed ahead over the ground, m/s, less as much of the current as is sure."""
+        return self.nu.u - self.current_ahead
 
     @property
     def z_dot(self) -> float:

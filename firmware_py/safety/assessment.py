@@ -84,7 +84,7 @@ def conditions(
     depth_ok = state.depth_ok and depth_age <= params.depth_timeout
     rise = was.bottom.rise if was.bottom.rise > _RISES else 0.0
     u = max(state.nu.u, _SLOW)
-    through = max(min(u, state.through_water), _SLOWEST)
+    through = max(min(u, state.through_water, state.through_water_sure), _SLOWEST)
     fix_heard = sensors.fix.state is _GOOD and frame.fix.usable(t, params.fix_timeout)
     if sensors.fix.fault is SourceFault.CONTRADICTED:  # it lies about the place, and hears satellites
         fix_heard = t - frame.fix.t_valid <= params.fix_timeout

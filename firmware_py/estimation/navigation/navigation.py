@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from firmware_py.estimation.navigation import altitude, attitude, dead_reckoning, depth, velocity
+from firmware_py.estimation.navigation.current_ahead import current_ahead
 from firmware_py.estimation.navigation.velocity_params import VelocityParams
 from firmware_py.marine import Eta, Nu, Origin, body_to_ned
 from firmware_py.params import param, table
@@ -171,6 +172,7 @@ class Navigation:
             velocity_source=vel.source,
             water=(north, east),
             water_std=water_std,
+            current_ahead=current_ahead(params.velocity, vel, t, theta, psi) if attitude_ok else 0.0,
             fix_jump=pos.jump,
             refused=refused,
             learned=learned,

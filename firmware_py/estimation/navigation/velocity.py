@@ -284,11 +284,11 @@ def _unseen(params: VelocityParams, memory: VelocityMemory, t: float) -> float:
 def water(params: VelocityParams, memory: VelocityMemory, t: float) -> tuple[float, float, float]:
     """Return the water's velocity north and east, m/s, and its 1 sigma.
 
-    Without the filter it is the one that was known last; NaN where none was, or so long ago that it may be another.
+    NaN where pings alone tell the velocity, and where the current is not known well enough to be in it.
     """
     current, (north, east) = memory.current, memory.eddy
     now = current.std_at(params, t)
-    known = memory.source in (VelocitySource.HULL_MODEL, VelocitySource.DVL) and now < params.lost_std
+    known = memory.source is VelocitySource.HULL_MODEL and now < params.lost_std
     if known or (memory.source is VelocitySource.FILTER and current.std < math.inf):
         return current.north + north, current.east + east, now
     return math.nan, math.nan, math.nan

@@ -253,17 +253,17 @@ def test_propeller_starts_from_rest_within_bounds_and_does_not_wind_up() -> None
     assert hold(control, state(u=1.8288), REFERENCE, 6002).n == pytest.approx(N_TRIM)
 
 
-def test_half_of_the_speed_is_made_through_the_water_whatever_the_ground_says() -> None:
+def test_a_share_of_the_speed_is_made_through_the_water_whatever_the_ground_says() -> None:
     """In 1.6 m/s from astern 0.2 m/s were left for the fins, and the depth was given up."""
 
     def n(u: float, current: float) -> float:
-        return hold(Control(ControlParams(), VEHICLE), dataclasses.replace(state(u=u), water=(current, 0.0))).n
+        return hold(Control(ControlParams(), VEHICLE), dataclasses.replace(state(u=u), current_ahead=current)).n
 
-    half = 0.5 * REFERENCE.u_d
-    assert n(REFERENCE.u_d + 1.0, 0.0) == pytest.approx(0.5 * N_TRIM)  # a speed that lies
+    share = 0.6 * REFERENCE.u_d
+    assert n(REFERENCE.u_d + 1.0, 0.0) == 0.0
     assert n(REFERENCE.u_d, 0.4) == pytest.approx(N_TRIM)  # over the ground, as ordered
-    assert n(half + 1.6, 1.6) == pytest.approx(N_TRIM)
-    assert n(half + 1.5, 1.6) > N_TRIM + 1.0
+    assert n(share + 1.6, 1.6) == pytest.approx(N_TRIM)
+    assert n(share + 1.5, 1.6) > N_TRIM + 1.0
 
 
 def test_surface_climbs_through_the_water_with_its_bow_up() -> None:

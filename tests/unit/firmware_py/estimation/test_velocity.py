@@ -10,6 +10,7 @@ from itertools import pairwise
 import pytest
 
 from firmware_py.estimation.navigation import velocity
+from firmware_py.estimation.navigation.current_ahead import current_ahead
 from firmware_py.estimation.navigation.dead_reckoning import PositionParams
 from firmware_py.estimation.navigation.navigation import Navigation, NavigationParams
 from firmware_py.estimation.navigation.velocity import Current, FilterVelocity, HullVelocity, Motion
@@ -102,13 +103,20 @@ def test_without_both_the_hull_moves_through_the_current_that_was_known_last() -
     assert velocity.water(PARAMS, memory, t)[:2] == (0.1, 0.2)
 
 
-def test_by_pings_alone_the_water_moves_as_it_was_known_to_last() -> None:
+def test_what_is_sure_of_the_current_that_was_known_last_counts_along_the_hull() -> None:
     """Behind a dropped weight no filter follows the hull, and SURFACE took way over the ground for a climb."""
-    memory, t = follow(60.0, learned=lambda t: known(t) if t < 5.0 else None)
-    assert memory.source is VelocitySource.DVL
-    assert velocity.water(PARAMS, memory, t)[:2] == (0.1, 0.2)
-    never, t = follow(60.0)
-    assert all(math.isnan(x) for x in velocity.water(PARAMS, never, t))
+
+    def ahead(north: float, psi: float, std: float = 0.02, t: float = 0.0) -> float:
+        memory = velocity.START._replace(current=Current(north, 0.0, std, 0.0))
+        return current_ahead(PARAMS, memory, t, 0.0, psi)
+
+    assert ahead(1.2, 0.0) == pytest.approx(1.0)
+    assert ahead(1.2, math.pi) == pytest.approx(-1.0)
+    assert ahead(1.2, 0.5 * math.pi) == pytest.approx(0.0, abs=1e-9)
+    assert ahead(0.15, 0.0) == 0.0
+    assert 0.0 < ahead(1.2, 0.0, std=0.2) < ahead(1.2, 0.0)
+    assert ahead(1.2, 0.0, t=3600.0) < ahead(1.2, 0.0)
+    assert current_ahead(PARAMS, velocity.START, 0.0, 0.0, 0.0) == 0.0
 
 
 def test_a_current_that_is_too_old_to_go_by_is_neither_added_nor_told() -> None:
