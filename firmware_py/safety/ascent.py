@@ -194,11 +194,11 @@ class Ascent:
             stopped = v.speed_ok and way <= self._params.rest_speed
             up = m.z_dot < -_SINKS and not _fell(m, v) > _FELL and v.rise_slope <= self._params.pitch
             rises = v.attitude_ok and v.theta > 0.0 and up
+            late = v.t - m.since > self._params.reverse_time
             in_vain = not v.attitude_ok and m.z_dot > _SINKS and v.t - m.since > _ENTRY  # its bow may be up
             if in_vain and not m.asked:
                 return Step(STOPPED, True, Cause.NO_CLIMB, (v.t - m.since,))
-            ends = stopped or rises or in_vain or v.t - m.since > self._params.reverse_time
-            return Step(STOPPED, False, Cause.NONE) if ends else None
+            return Step(STOPPED, False, Cause.NONE) if stopped or rises or late or in_vain else None
         return trouble or self._drive(m, v)
 
     def _trouble(self, m: AscentMemory, v: AscentView) -> Step | None:

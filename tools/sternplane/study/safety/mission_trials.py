@@ -46,7 +46,7 @@ def _sinks_again(*blinded: str) -> Trial:
         faults,
         Named((), 3.0, rules=("LEAK",)),
         "disarmed it sinks, and what is left has to tell",
-        "water comes in: it comes up",
+        LEAKS,
         onsets=(0,),
         watch=WATCH,
     )
