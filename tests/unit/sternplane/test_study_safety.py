@@ -119,11 +119,11 @@ def test_each_end_is_told_from_the_others(last, wanted):
 
 @pytest.mark.parametrize(
     ("mission_until", "given_up"),
-    [(100.0, 450.0), (449.0, 450.0), (500.0, 940.0), (1200.0, math.inf)],
-    ids=["surfacing long", "surfacing late", "slow", "too slow"],
+    [(100.0, 450.0), (200.0, 540.0), (449.0, 790.0), (500.0, 940.0), (1200.0, math.inf)],
+    ids=["surfacing long", "surfacing later", "surfacing late", "slow", "too slow"],
 )
 def test_a_vehicle_that_still_flies_its_mission_is_given_time(mission_until, given_up):
-    """One that surfaces has 450 s from the start, or as long from the end of a mission that took longer."""
+    """One that surfaces has 450 s from the start, or 337.5 s from then, or 450 s from the end of a longer mission."""
     judge = Judge(SEA, ONSET, 5.3, 0.5, patience=450.0)
     times = [10.0 * i for i in range(120)]
     for t in times:

@@ -25,6 +25,8 @@ _RISE = 0.2
 _AT_REST = 1.0
 """A vehicle that has been disarmed at the surface for so long, s, is up."""
 _SOURCES = (EventKind.SENSOR_SUSPECT, EventKind.SENSOR_LOST)
+_CLIMBS = 0.75
+"""Of the patience, from the begin of SURFACE: its own clock runs for 120 s and a slow climb; then the weight goes."""
 _SINKS_AGAIN = 30.0
 """So long, s, has a vehicle that lies disarmed as "surfaced" to find out that it sinks."""
 _WEIGHT = (EventKind.WEIGHT_NOT_RELEASED, EventKind.WEIGHT_SILENT)
@@ -148,7 +150,7 @@ class Judge:
         watch: for so long it is watched once it lies disarmed at the surface, s: it may sink again.
         patience: a vehicle that is not done by then is given up, s; one that still flies its mission, so long after it
             ended that. It may be slow: without DVL it does not learn, is cautious, and goes round once more for a
-            waypoint that it has missed in depth.
+            waypoint that it has missed in depth. One that comes up has three quarters of it from then at least.
     """
 
     def __init__(
@@ -222,6 +224,7 @@ class Judge:
         found.end_mode, found.end_cause = mode.name, cycle.mode.cause.name
         if mode is Mode.SURFACE:
             found.t_surfacing = t
+            self._given_up = max(self._given_up, t + _CLIMBS * self._patience)
         self._rest = (t, self.found.end_depth) if mode is Mode.DISARMED and self._armed else (math.inf, math.nan)
 
     def _over(self, t: float, depth: float) -> bool:
