@@ -343,7 +343,7 @@ def test_a_few_of_many_flights_may_do_something_without_cause_and_are_shown():
 def test_the_page_says_what_else_may_be_named_and_why_a_rule_may_end_the_mission():
     flights = [flown("set:current.east=2", SAFE), flown("off:ahrs", SAFE)]
     html = page(flights, rows(flights), ["one"], [])
-    assert "may be named step or current too, dvl: no water changes so at once" in html
+    assert "may be named step, current or drift too, dvl: no water changes so at once" in html
     assert "a rule may end it: without a tilt to believe it comes up" in html
 
 

@@ -21,6 +21,7 @@ _BEYOND_ITS_MODEL = (
         ("WEAK",),
         "so is what rudders do at that angle and speed, when the coefficients were learned lighter",
     ),
+    Allowed(("ahrs",), ("STEERING",), "and so is the heading that it compares with what the rudders do"),
 )
 HEAVY = Group(
     "A hull heavier than its drop weight",
@@ -127,7 +128,8 @@ FOLLOWING = Group(
             "set:current.north=1",
             ("set:current.north=1@{t}",),
             note="the bottom comes faster, and less way is made through the water",
-            allowed=(*CURRENT_STEP, Allowed((*STERNS, *RUDDERS), ("WEAK",), "half of the flow is gone in a moment")),
+            ends="fins that do a fifth of what they did are lost, until the current is known: it comes up",
+            allowed=(*CURRENT_STEP, Allowed((*STERNS, *RUDDERS), ("WEAK", "LOST"), "half of the flow is gone")),
         ),
         Trial(
             "set:current.north=1.2, stuck:weight, set:leak=100",

@@ -164,7 +164,9 @@ ACTUATORS = Group(
 
 CURRENT_STEP = (
     Allowed(
-        ("dvl",), ("STEP", "CURRENT"), "no water changes so at once: a DVL that is off does, and nothing else tells"
+        ("dvl",),
+        ("STEP", "CURRENT", "DRIFT"),
+        "no water changes so at once: a DVL that is off does, and nothing else tells",
     ),
 )
 _UNWEIGHED = (
