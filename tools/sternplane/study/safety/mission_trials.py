@@ -129,7 +129,7 @@ FOLLOWING = Group(
             ("set:current.north=1@{t}",),
             note="the bottom comes faster, and less way is made through the water",
             ends="fins that do a fifth of what they did are lost, until the current is known: it comes up",
-            allowed=(*CURRENT_STEP, Allowed((*STERNS, *RUDDERS), ("WEAK", "LOST"), "half of the flow is gone")),
+            allowed=(*CURRENT_STEP, Allowed((*STERNS, *RUDDERS), ("WEAK", "LOST"), "the speed tells seconds later")),
         ),
         Trial(
             "set:current.north=1.2, stuck:weight, set:leak=100",
