@@ -87,7 +87,7 @@ class Bridge:
 class PlantSchedule:
     """A `ports.Schedule` that never waits: it steps the plant to each tick before it yields it.
 
-    For a run in real time, `advance` is passed to `adapters.clock.RealTime`.
+    For a run in real time, `advance` is passed to `adapters.realtime_schedule.RealTimeSchedule`.
     """
 
     def __init__(self, bridge: Bridge, dt_ns: int, ticks: int, stop: Callable[[], bool] = lambda: False) -> None:

@@ -2,7 +2,7 @@
 
 `Node` is the vehicle on all its links. `telemetry` has an encoder for each message, and `Streams` says per link when
 it is sent. A received message goes by its id to a service of the link: `CommandDispatch`, which passes commands on to
-`MessageRequests`, `Setpoints`, `PreFlight` and `PlanUpload`, or a service added by `Link.add_service`, such as
-parameters. `CommandQueue` makes the commands of all links one order a tick. `Codec` finds frames in datagrams and
-streams; `signing` checks signatures.
+`MessageRequests`, `SetpointCommands`, `PreflightCommands` and `PlanUpload`, or a service added by `Link.add_service`,
+such as parameters. `CommandQueue` makes the commands of all links one order a tick. `Codec` finds frames in datagrams
+and streams; `signing` checks signatures.
 """

@@ -24,7 +24,6 @@ from firmware_py.estimation.navigation.navigation import KeptNavigation
 from firmware_py.params import load, prefix_errors
 from firmware_py.records.cycle import Cycle
 from firmware_py.run import kept_navigation, kept_node_ids, over_can, over_hil, provenance
-from firmware_py.run.command_line import BAD
 from firmware_py.run.device_watch import DeviceWatch
 from firmware_py.run.flight_recorder import FlightRecorder
 from firmware_py.run.ground_links import Stations, open_ground
@@ -44,7 +43,7 @@ from firmware_py.tick import Rate
 _FILES = {**config_files.FILES, "io": IoParams}
 """The files of which single keys can be set."""
 _LOST = 1
-"""The exit status of a flight whose plant was lost."""
+"""The exit status of a flight whose plant was lost, or of which not all was kept: what is started again may fly."""
 _AGAIN = 3
 """The exit status that asks the service manager to start the vehicle again."""
 
@@ -203,7 +202,7 @@ def _fly_alone(
     point_latest(folder)
     if interrupted and recorder.last is not None and recorder.last.applied.armed:
         say("sternplane: it was armed: fins are centred, the propeller stops; a next start under water brings it up")
-    status = _LOST if lost else _AGAIN if ground.node.end_request == "reboot" else 0 if kept and closed else BAD
+    status = _LOST if lost else _AGAIN if ground.node.end_request == "reboot" else 0 if kept and closed else _LOST
     return FlightResult(status, folder, recorder.cycles)
 
 

@@ -35,8 +35,8 @@ FILE, WEIGHT_FILE = "navigation.json", "weight_released.txt"
 BOUNDS = {"x": (-1e7, 1e7), "y": (-1e7, 1e7), "position_std": (1e-6, 1e7), "surface_pressure": (4e4, 1.2e5)}
 """Bounds of the saved values, m and Pa: wider than at the end of any run, and safe to start from."""
 _TIMES = {**TIMES, "speed": (0.0, 100.0), "age_s": (0.0, 1e6)}
-_MODE, _MODES = {"mode_ago_s": (0.0, 1e11)}, {mode.name.lower(): mode for mode in Mode}
 """Bounds of what says when it was saved, and how fast the vehicle was."""
+_MODE, _MODES = {"mode_ago_s": (0.0, 1e11)}, {mode.name.lower(): mode for mode in Mode}
 _DEPTH = {"mode_depth_m": (-1e5, 1e5)}
 """Files of earlier versions have none."""
 _BOOT = "boot"

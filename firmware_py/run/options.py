@@ -14,7 +14,8 @@ FOLDER = "a folder or the name of a shipped vehicle"
 DESCRIPTION = "Fly the vehicle on a real bus until Ctrl-C. It starts disarmed and waits for commands."
 EPILOG = (
     "What is not there yet (bus, ports, links) is waited for, in flight. Exit status 0 if it was interrupted, 1 if the "
-    "plant was lost, 2 for bad input, 3 if a station asked for a reboot: the service manager then starts it again."
+    "plant was lost or not all was kept (log, state), 2 for bad input, 3 if a station asked for a reboot: the service "
+    "manager starts it again after each but 2."
 )
 
 
@@ -59,12 +60,20 @@ def add_fly(parser: argparse.ArgumentParser) -> None:
     add_ground(parser)
 
 
-def add_config(parser: argparse.ArgumentParser, what: str, files: str = "vehicle, autopilot, io") -> None:
+BUSES = "udp:N (N from 0 to 9), socketcan:IFACE or python-can:INTERFACE:CHANNEL@BITRATE"
+"""The buses that several processes can use."""
+EXAMPLE = "vehicle.M_q=-0.05"
+"""A key that can be set."""
+
+
+def add_config(
+    parser: argparse.ArgumentParser, what: str, files: str = "vehicle, autopilot, io", example: str = EXAMPLE
+) -> None:
     """Add the configuration folder and the io file, and what sets single keys of them."""
     add_folder(parser, f"{what}, {FOLDER} [npsauv2]", CONFIG)
     text = "node ids, ports and latencies [DIR/io_sitl.toml]"
     parser.add_argument("--io", type=configuration_file, metavar="FILE", help=text)
-    add_settings(parser, files)
+    add_settings(parser, files, example)
 
 
 def io_file(config: Path, io: Path | None) -> Path:
@@ -77,7 +86,7 @@ def add_folder(parser: argparse.ArgumentParser, text: str, default: Path | None 
     parser.add_argument("--config", type=configuration_folder, default=default, metavar="DIR", help=text)
 
 
-def add_settings(parser: argparse.ArgumentParser, files: str, example: str = "vehicle.M_q=-0.05") -> None:
+def add_settings(parser: argparse.ArgumentParser, files: str, example: str = EXAMPLE) -> None:
     """Add what sets single keys of files; `example` is one that is taken."""
     parser.add_argument(
         "--set",
@@ -91,7 +100,7 @@ def add_settings(parser: argparse.ArgumentParser, files: str, example: str = "ve
 
 def add_real_bus(parser: argparse.ArgumentParser) -> None:
     """Add the bus, for a plant in another process."""
-    parser.add_argument("--bus", default="", metavar="BUS", help="udp:N or socketcan:IFACE [as the io file says]")
+    parser.add_argument("--bus", default="", metavar="BUS", help=f"{BUSES} [as the io file says]")
 
 
 def add_link(parser: argparse.ArgumentParser) -> None:

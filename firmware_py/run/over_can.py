@@ -24,6 +24,7 @@ from firmware_py.adapters.realtime_schedule import RealTimeSchedule
 from firmware_py.autopilot import Autopilot
 from firmware_py.ports import Ground, Recorder
 from firmware_py.run.device_watch import DeviceWatch
+from firmware_py.run.options import BUSES
 from firmware_py.run.usage_error import UsageError
 from firmware_py.tick import step_ns
 from firmware_py.vehicle.fins import Fin
@@ -40,7 +41,7 @@ def check(io: IoParams, spec: str, pace: str) -> None:
     """
     io.refuse_second_bus_on(spec)
     if spec.startswith("virtual"):
-        raise UsageError("a virtual bus ends at its process; give --bus udp:N or socketcan:IFACE")
+        raise UsageError(f"a virtual bus ends at its process; give --bus {BUSES}")
     if pace == "realtime":
         AwaitedBus(spec).close()
     else:

@@ -97,8 +97,14 @@ def test_a_radio_that_goes_while_it_is_opened_is_waited_for(
     link = open_link("serial:/dev/radio:57600", absent=True)
     assert isinstance(link, AwaitedLink)
     assert link.missing == os.strerror(errno.EIO)
+
+    def gone(*_words: object, **_options: object) -> None:
+        raise serial.SerialException(errno.ENOENT, os.strerror(errno.ENOENT))
+
+    monkeypatch.setattr(serial, "Serial", gone)
     passing[0] += 10.0
     assert link.receive() == []
+    assert link.missing == os.strerror(errno.ENOENT), "why it is not there now"
 
 
 def test_a_radio_that_goes_while_it_is_opened_again_is_silence(monkeypatch: pytest.MonkeyPatch) -> None:

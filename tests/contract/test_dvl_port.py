@@ -392,6 +392,20 @@ def test_a_port_that_may_not_be_opened_yet_is_waited_for_where_it_may_be_absent(
     port.close()
 
 
+def test_what_keeps_a_port_from_being_opened_is_told_as_it_is_now(tmp_path, monkeypatch):
+    """An adapter that is plugged in later may belong to another group, and no longer be missing."""
+    port = DvlLine(str(tmp_path / "dvl"), absent=True)
+    assert "there is no such device" in port.port.missing
+
+    def refused(*_words, **_options):
+        raise serial.SerialException(errno.EACCES, os.strerror(errno.EACCES))
+
+    monkeypatch.setattr(serial, "Serial", refused)
+    port.read(2.0)
+    assert "no permission" in port.port.missing
+    port.close()
+
+
 @pytest.mark.parametrize("error", [termios.error(errno.EIO, "Input/output error"), OSError(errno.EIO, "gone")])
 def test_a_device_that_goes_while_it_is_opened_is_silence(device, monkeypatch, error):
     """pyserial says so in its own words at the beginning of the opening alone."""

@@ -213,7 +213,7 @@ def test_a_full_disk_ends_the_run_with_one_line_and_keeps_what_was_written(tmp_p
     errors = [line for line in result.stderr.splitlines() if line.startswith("sternplane: ")]
     assert len(errors) == 1
     assert "log.mcap" in errors[0]
-    assert "--out" in errors[0]
+    assert "choose another folder" in errors[0]
     log = read(tmp_path / "full" / "log.mcap")
     assert not log.complete
     assert len(log.cycle_bytes) > 100
@@ -248,6 +248,19 @@ def test_faults_aboard_the_vehicle_are_refused_where_they_mean_nothing(tmp_path:
     assert_one_line(called("sitl", *wanted, cwd=tmp_path), "jump:clock=1@1", "--pace realtime")
     wanted = ("plant", "--bus", "udp:7", "--fault", "full:disk@1")
     assert_one_line(called(*wanted, cwd=tmp_path), "full:disk@1", "strikes the vehicle")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--seed", "-1"), "--seed -1: must be 0 or more"),
+        (("--wait", "nan"), "'nan': must be in [0, 86400]"),
+        (("--wait", "inf"), "'inf': must be in [0, 86400]"),
+        (("--wait", "0"), "--wait 0: in lockstep the plant steps with a vehicle"),
+    ],
+)
+def test_a_plant_that_cannot_begin_says_so_in_one_line(tmp_path: Path, words: tuple[str, str], said: str) -> None:
+    assert_one_line(called("plant", "--bus", "udp:7", *words, cwd=tmp_path), said)
 
 
 def test_a_run_leaves_log_summary_and_report_and_a_replay_and_a_report_can_be_made_of_it(

@@ -99,7 +99,7 @@ def test_a_folder_that_is_removed_in_flight_is_said_in_one_line(
 ) -> None:
     out, state = tmp_path / "out", tmp_path / "state"
     ended = flown("--out", out, "--state", state, happens=lambda: shutil.rmtree(out))
-    assert ended.status == 2
+    assert ended.status == 1
     complaints = [line for line in capsys.readouterr().err.splitlines() if line.startswith("sternplane: ")]
     assert complaints == [f"sternplane: {out}/log.mcap was removed in flight, and is lost"]
     assert not out.exists()
@@ -135,7 +135,7 @@ def test_a_log_that_another_flight_began_in_the_same_second_is_not_overwritten(
         return folder
 
     monkeypatch.setattr(fly_module, "flight_folder", taken)
-    with pytest.raises(LogError, match=r"log\.mcap: another flight has begun to write it; choose another --out$"):
+    with pytest.raises(LogError, match=r"log\.mcap: another flight has begun to write it; choose another folder$"):
         fly(parsed("--bus", bus_spec, "--out", tmp_path))
     assert (tmp_path / "log.mcap").read_text() == "another flight's"
 
@@ -196,7 +196,8 @@ def test_the_vehicles_own_program_takes_the_same_options_and_refuses_in_one_line
     monkeypatch.setattr(over_can, "run", None)  # it never comes so far
     assert main(["--bus", "virtual", "--out", str(tmp_path / "out")]) == 2
     assert capsys.readouterr().err == (
-        "sternplane: a virtual bus ends at its process; give --bus udp:N or socketcan:IFACE\n"
+        "sternplane: a virtual bus ends at its process; give --bus udp:N (N from 0 to 9), socketcan:IFACE or "
+        "python-can:INTERFACE:CHANNEL@BITRATE\n"
     )
     assert not (tmp_path / "out").exists()
 

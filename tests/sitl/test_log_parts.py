@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import errno
+import json
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,9 +14,10 @@ import pytest
 from sternplane.logs.reading import Log, find, read
 from sternplane.logs.replay import replay
 from sternplane.logs.streaming import stream
+from sternplane.report.report import write_report_of_file
 
 from firmware_py.adapters.storage import parted_log
-from firmware_py.adapters.storage.log_names import parts_in
+from firmware_py.adapters.storage.log_names import of_part, part_file, parts_in
 from firmware_py.adapters.storage.log_params import LogParams
 from firmware_py.adapters.storage.parted_log import PartedLog
 from firmware_py.adapters.storage.recorder import LogError, LogWriter
@@ -114,6 +116,19 @@ def test_a_part_without_what_was_remembered_is_readable_and_refuses_to_be_replay
         replay(part, build)
     (tmp_path / "log.mcap").unlink()
     assert find(tmp_path) == tmp_path / "log.2.mcap"
+
+
+def test_the_report_of_a_part_leaves_that_of_the_first_as_it_is(whole: Log, tmp_path: Path) -> None:
+    log, autopilot = parted(whole, tmp_path, small(part_time=2.0))
+    log.begin()
+    for cycle in flown_again(whole, autopilot):
+        log.write(cycle)
+    log.close({})
+    for part in (1, 2):
+        write_report_of_file(tmp_path / part_file(part), tmp_path)
+    times = [json.loads((tmp_path / of_part("summary.json", part)).read_text())["vehicle_time_s"] for part in (1, 2)]
+    assert times == pytest.approx([2.2, 4.2], abs=0.3), "each of its own part"
+    assert {"report.html", "report.2.html"} < {path.name for path in tmp_path.iterdir()}
 
 
 def test_a_memory_that_was_tampered_with_is_refused(whole: Log) -> None:

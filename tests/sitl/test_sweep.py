@@ -341,6 +341,9 @@ def test_seeds_and_laws_alone_are_a_sweep(here: Path) -> None:
     for repeated in (("--out", "out", "--worst", "0"), ("--scenario", "brief.toml", *words)):
         again = called("sweep", *repeated, cwd=here)
         assert (again.returncode, "4 of 4 flights are in out" in again.stderr) == (0, True), again.stderr
+    for option in (("--worst", "-1"), ("--jobs", "0")):
+        wrong = called("sweep", "--out", "out", *option, cwd=here)
+        assert (wrong.returncode, f"{' '.join(option)}: must be" in wrong.stderr) == (2, True), wrong.stderr
     other = called("sweep", "--scenario", "brief.toml", *words, "--seeds", "3:6", cwd=here)
     assert (other.returncode, "another --seeds, 3, 5, here 3, 6" in other.stderr) == (2, True), other.stderr
 

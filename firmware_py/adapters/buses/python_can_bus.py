@@ -69,7 +69,7 @@ class PythonCanBus:
     @property
     def errors(self) -> dict[str, int]:
         """Return error frames by kind, what is wrong now, and what the interface itself counts."""
-        return {**self.health.counts(), **self._lost, **getattr(self._bus, "losses", {})}
+        return {**self.health.counts(), **self._losses()}
 
     def fileno(self) -> int:
         """Return the descriptor to wait on; -1 if the interface has none."""
@@ -136,6 +136,11 @@ class PythonCanBus:
             elif self._standard:
                 frames.append((identifier | STANDARD, bytes(message.data)))
 
+    def _losses(self) -> dict[str, int]:
+        """Return what the interface itself counts, since the start: an adapter that comes back begins at none."""
+        now: dict[str, int] = getattr(self._bus, "losses", {})
+        return {cause: self._lost.get(cause, 0) + now.get(cause, 0) for cause in {**self._lost, **now}}
+
     def _ask_state(self) -> None:
         """Ask the controller what it is; interfaces that do not know say that it is active."""
         try:
@@ -171,8 +176,7 @@ class PythonCanBus:
 
     def _leave(self) -> None:
         """Give up an adapter that has failed."""
-        for cause, count in getattr(self._bus, "losses", {}).items():
-            self._lost[cause] = self._lost.get(cause, 0) + count
+        self._lost = self._losses()
         self.shutdown()
         self._t_tried = time.monotonic()
         self.health.fail()

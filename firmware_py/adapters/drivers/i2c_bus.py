@@ -34,7 +34,7 @@ class I2cBus:
         absent: whether a bus that is not there yet is silence, and not an error.
 
     Attributes:
-        missing: why there was no bus at the start; empty if there was one.
+        missing: why there is no bus yet, as it was tried last; empty if there was one at the start.
         broken: whether there is none.
         openings: how often it was opened.
 
@@ -45,14 +45,13 @@ class I2cBus:
     def __init__(self, device: str, port: str, *, absent: bool = False) -> None:
         self.missing, self.openings = "", 0
         self._bus: SmBus | None = None
-        self._open, remedy = _opener(device, port)
+        self._open, self._remedy = _opener(device, port)
+        self._named = f"{device}: port {quoted(port)}"
         try:
             self._opened()
-        except OSError as error:
-            text = f"{device}: port {quoted(port)} cannot be opened: {error.strerror or error}; {remedy}"
+        except OSError:
             if not absent:
-                raise BusError(text) from None
-            self.missing = text
+                raise BusError(self.missing) from None
 
     @property
     def broken(self) -> bool:
@@ -85,7 +84,12 @@ class I2cBus:
 
     def _opened(self) -> contextlib.AbstractContextManager[SmBus]:
         if self._bus is None:
-            self._bus = self._open()
+            try:
+                self._bus = self._open()
+            except OSError as error:
+                if not self.openings:
+                    self.missing = f"{self._named} cannot be opened: {error.strerror or error}; {self._remedy}"
+                raise
             self.openings += 1
         return self._left_if_gone(self._bus)
 

@@ -61,7 +61,7 @@ class SerialPort:
         absent: whether a port that is not there yet, or may not be opened yet, is silence too, and not an error.
 
     Attributes:
-        missing: why there was no port at the start; empty if there was one.
+        missing: why there is no port yet, as it was tried last; empty if there was one at the start.
         openings: how often it was opened: after another opening the rest of a message does not come.
 
     Raises:
@@ -69,7 +69,7 @@ class SerialPort:
     """
 
     def __init__(self, device: str, port: str, baud: int, *, absent: bool = False) -> None:
-        self._port, self._baud = port, baud
+        self._device, self._port, self._baud = device, port, baud
         self._serial: Any = None
         self._t_tried = 0.0
         self._breaks = self._line_errors = self._first_errors = self._last_errors = self._not_sent = 0
@@ -78,10 +78,9 @@ class SerialPort:
         try:
             self._open()
         except (OSError, ValueError) as error:
-            text = f"{device}: port {quoted(port)} cannot be opened: {_why(error, port)}"
+            self.missing = self._text(error)
             if not (absent and port) or getattr(error, "errno", None) not in _NOT_YET:
-                raise BusError(text) from None
-            self.missing = text
+                raise BusError(self.missing) from None
 
     @property
     def broken(self) -> bool:
@@ -154,9 +153,14 @@ class SerialPort:
             ):  # the terminal of a simulation that ended: its number may be another's now
                 return False
             self._open()
-        except (serial.SerialException, ValueError, OSError):
+        except (OSError, ValueError) as error:
+            if not self.openings:
+                self.missing = self._text(error)
             return False
         return True
+
+    def _text(self, error: Exception) -> str:
+        return f"{self._device}: port {quoted(self._port)} cannot be opened: {_why(error, self._port)}"
 
     def _leave(self) -> None:
         if self._serial is not None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import socket
 import time
 from collections.abc import Callable
@@ -46,8 +45,10 @@ class AwaitedLink:
         """See `StationLink`; try to open it."""
         if self._link is None and self._again and time.monotonic() - self._tried >= RETRY_S:
             self._tried = time.monotonic()
-            with contextlib.suppress(GroundError):
+            try:
                 self._link, self.missing = self._open(self._spec), ""
+            except GroundError as error:  # it may be another reason by now: who waits is told what to do
+                self.missing = error.why if isinstance(error, LinkAbsentError) else str(error)
         return [] if self._link is None else self._link.receive()
 
     def send(self, datagram: bytes) -> None:

@@ -36,6 +36,7 @@ _NICENESS = 10
 _Key = tuple[str, str, int]
 """Request: what to do, name of the log, number of the block."""
 _LIST: _Key = ("list", "", 0)
+_ERASE: _Key = ("erase", "", 0)
 
 
 class DiskLogStorage:
@@ -79,10 +80,12 @@ class DiskLogStorage:
         rest = self.read(name, (block + 1) * _BLOCK, n - len(part))
         return None if rest is None else part + rest
 
-    def erase(self) -> None:
+    def erase(self) -> bool:
         """See `LogStorage`."""
-        self._answers.clear()
-        self._send(("erase", "", 0))
+        if self._answer(_ERASE) is None:
+            return False
+        self._answers.clear()  # of logs that were
+        return True
 
     def close(self) -> None:
         """End the child. A second call does nothing."""
@@ -95,20 +98,19 @@ class DiskLogStorage:
         if isinstance(answer, OSError):
             del self._answers[key]
             raise answer
-        if answer is None and key not in self._requested:
-            self._send(key)
+        if answer is None and key not in self._requested and self._sent(key):
             self._requested.add(key)
         return answer
 
-    def _send(self, key: _Key) -> None:
-        """Write one line, which a pipe takes whole or not at all; a request that does not fit is repeated later."""
-        line = json.dumps(key).encode() + b"\n"
+    def _sent(self, key: _Key) -> bool:
+        """Write one line, which a pipe takes whole or not at all; return whether it did: if not, it is sent later."""
         try:
-            os.write(self._child.stdin, line)
+            os.write(self._child.stdin, json.dumps(key).encode() + b"\n")
         except BlockingIOError:
-            return
+            return False
         except BrokenPipeError:
             raise OSError(errno.EIO, _ENDED) from None
+        return True
 
     def _receive(self) -> None:
         with contextlib.suppress(BlockingIOError):

@@ -23,7 +23,19 @@ class NamedLog(NamedTuple):
 
 def part_file(part: int) -> str:
     """Return the name of a part; they count from 1."""
-    return LOG_FILE if part == 1 else f"log.{part}.mcap"
+    return of_part(LOG_FILE, part)
+
+
+def of_part(file: str, part: int) -> str:
+    """Return the name of a file that belongs to a part: that of the first has no number."""
+    name, _, kind = file.rpartition(".")
+    return file if part == 1 else f"{name}.{part}.{kind}"
+
+
+def part_number(file: str) -> int:
+    """Return the number of a part by its name; 1 of a file with any other name."""
+    match = _PART.fullmatch(file)
+    return int(match[1] or 1) if match else 1
 
 
 def parts_in(folder: Path) -> list[tuple[int, Path]]:

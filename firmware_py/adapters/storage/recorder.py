@@ -117,10 +117,10 @@ class LogWriter:
         self._chunk_end_ns: int | None = None
         try:
             if self.path.is_fifo():  # opening one would wait for a reader
-                raise LogError(f"{self.path}: is a FIFO, not a file; remove it, or choose another --out")
+                raise LogError(f"{self.path}: is a FIFO, not a file; remove it, or choose another folder")
             self._file = self.path.open("xb" if exclusive else "wb")
         except FileExistsError:
-            raise LogError(f"{self.path}: another flight has begun to write it; choose another --out") from None
+            raise LogError(f"{self.path}: another flight has begun to write it; choose another folder") from None
         except OSError as error:
             raise self._error(error) from None
         writer = Writer(self._file, chunk_size=_CHUNK_BYTES, compression=compression, enable_data_crcs=True)
@@ -206,7 +206,7 @@ class LogWriter:
         return self._error(error)
 
     def _error(self, error: OSError) -> LogError:
-        return LogError(f"{self.path}: the log cannot be written ({error.strerror}); choose another --out")
+        return LogError(f"{self.path}: the log cannot be written ({error.strerror}); choose another folder")
 
 
 class LogRecorder:

@@ -6,6 +6,7 @@ mode names and set modes; a generic autopilot they treat by the standard alone.
 
 from __future__ import annotations
 
+from firmware_py import __version__
 from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.message_definitions import PROTOCOL_VERSION
 from firmware_py.mavlink.base.modes import Identity, custom_mode, shown_mode
@@ -35,7 +36,6 @@ _CAPABILITIES = (
 _MAVLINK_1, _MAVLINK_2 = 100, 200
 """PROTOCOL_VERSION counts in hundredths: MAVLink 1 is parsed, MAVLink 2 is sent."""
 _NO_HASH = bytes(8)
-_VERSION = 0 << 24 | 1 << 16 | 0 << 8 | dialect.FIRMWARE_VERSION_TYPE_DEV
 
 _ARMED = dialect.MAV_MODE_FLAG_SAFETY_ARMED
 _FLAGS = {
@@ -47,6 +47,13 @@ _FLAGS = {
     Mode.GUIDED: dialect.MAV_MODE_FLAG_GUIDED_ENABLED,
     Mode.RETURN: dialect.MAV_MODE_FLAG_AUTO_ENABLED,
 }
+
+
+def _sw_version(version: str) -> int:
+    """Return a version, such as 0.3.0 or 0.3.0.dev0, as AUTOPILOT_VERSION has it: a byte each, and the type."""
+    major, minor, patch, *more = version.split(".")
+    kind = dialect.FIRMWARE_VERSION_TYPE_DEV if more else dialect.FIRMWARE_VERSION_TYPE_OFFICIAL
+    return int(major) << 24 | int(minor) << 16 | int(patch) << 8 | int(kind)
 
 
 def heartbeat(identity: Identity, decided: ModeState, state: int) -> Message:
@@ -73,7 +80,7 @@ def autopilot_version(identity: Identity) -> Message:
     unknown = bytes(8)
     capabilities = _CAPABILITIES | _PARAM_ENCODING[identity]
     return dialect.MAVLink_autopilot_version_message(
-        capabilities, _VERSION, 0, 0, 0, unknown, unknown, unknown, 0, 0, 0, bytes(18)
+        capabilities, _sw_version(__version__), 0, 0, 0, unknown, unknown, unknown, 0, 0, 0, bytes(18)
     )
 
 

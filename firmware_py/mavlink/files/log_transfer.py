@@ -35,6 +35,7 @@ class LogTransfer:
         """The log being sent, from `_offset` to `_end`; `_log` is set once it was found."""
         self._log: LogSnapshot | None = None
         self._offset = self._end = 0
+        self._erasing = False
 
     def message_handlers(self) -> dict[int, MessageHandler]:
         """See `service.Service`."""
@@ -47,6 +48,7 @@ class LogTransfer:
 
     def due(self, tick: Tick) -> list[Message]:  # noqa: ARG002
         """Return the next entries of the list, or else the next data of a log."""
+        self._go_on_erasing()
         try:
             if self._wanted is not None:
                 logs = self._tree.logs()
@@ -80,11 +82,19 @@ class LogTransfer:
             self._output.send_text("there are no logs to erase", WARNING)
         else:
             self._stop(tick, message)
-            try:
-                self._tree.log_storage.erase()
-            except OSError as error:
-                self._output.send_text(f"logs cannot be erased: {error.strerror}", WARNING)
-                return
+            self._erasing = True
+
+    def _go_on_erasing(self) -> None:
+        """Say when the logs are erased: that takes a disk many cycles."""
+        if self._tree.log_storage is None or not self._erasing:
+            return
+        try:
+            self._erasing = not self._tree.log_storage.erase()
+        except OSError as error:
+            self._erasing = False
+            self._output.send_text(f"logs cannot be erased: {error.strerror}", WARNING)
+            return
+        if not self._erasing:
             self._output.send_text("logs erased, except those that may still be written", WARNING)
 
     def _parts(self, number: int) -> list[Message]:

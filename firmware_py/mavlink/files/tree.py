@@ -39,8 +39,8 @@ class LogStorage(Protocol):
             OSError: they cannot be read.
         """
 
-    def erase(self) -> None:
-        """Remove all logs that are no longer written.
+    def erase(self) -> bool:
+        """Remove all logs that are no longer written; return whether that is done: if not, ask again.
 
         Raises:
             OSError: they cannot be removed.
@@ -96,7 +96,7 @@ class FileTree:
     """Generated files and logs as one tree; a leading slash is ignored."""
 
     def __init__(self, generated: Mapping[str, Callable[[], bytes]], log_storage: LogStorage | None = None) -> None:
-        """`made` has who makes which file; what is behind a "?" in a name is a way to ask for it, and not listed."""
+        """`generated` has who makes which file; what is behind a "?" in a name is how to ask for it, and not listed."""
         self._generated = generated
         self.log_storage = log_storage
         """The storage of the logs, once it is known."""

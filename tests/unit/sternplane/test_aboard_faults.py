@@ -77,7 +77,7 @@ def test_a_full_disk_ends_the_log_and_not_the_flight(tmp_path, capsys):
     said = capsys.readouterr().err.splitlines()
     assert said == [
         f"sternplane: {tmp_path / 'log.mcap'}: the log cannot be written (No space left on device); choose another "
-        "--out; the flight goes on without a log"
+        "folder; the flight goes on without a log"
     ]
 
 

@@ -119,7 +119,7 @@ def test_each_end_is_told_from_the_others(last, wanted):
 
 @pytest.mark.parametrize(
     ("mission_until", "given_up"),
-    [(100.0, 450.0), (200.0, 540.0), (449.0, 790.0), (500.0, 940.0), (1200.0, math.inf)],
+    [(100.0, 450.0), (200.0, 540.0), (440.0, 780.0), (500.0, 940.0), (1200.0, math.inf)],
     ids=["surfacing long", "surfacing later", "surfacing late", "slow", "too slow"],
 )
 def test_a_vehicle_that_still_flies_its_mission_is_given_time(mission_until, given_up):

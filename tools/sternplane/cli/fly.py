@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
+from firmware_py.adapters.storage.log_names import parts_in
 from firmware_py.run.fly import fly
-from firmware_py.run.run_folders import LOG_FILE
 from sternplane.cli.extras import require_report
 
 
@@ -19,5 +19,6 @@ def command(options: argparse.Namespace) -> int:
         from sternplane.plain_console import PlainConsole
         from sternplane.report import report
 
-        PlainConsole().print(summary_table(report.write_report_of_file(flown.folder / LOG_FILE, flown.folder)))
+        for _, path in parts_in(flown.folder):
+            PlainConsole().print(summary_table(report.write_report_of_file(path, flown.folder)))
     return flown.status

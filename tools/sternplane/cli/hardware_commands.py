@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 from firmware_py.adapters.installation import configuration_file
 from firmware_py.error_text import quoted
 from firmware_py.run import options as vehicle
-from sternplane.cli.plain_errors import whole_number
+from sternplane.cli.plain_errors import bounded_number, whole_number
 
 Lazily: TypeAlias = Callable[..., Callable[[argparse.Namespace], int]]
 """Returns a sub-command that is imported when it runs, of a module; `kernels` are those that it needs compiled."""
@@ -81,7 +81,11 @@ def _add_fins(commands: Any, lazily: Lazily) -> None:
         "--fin", action="append", default=[], metavar="NAME", help="this one alone; may be repeated [every fin]"
     )
     fins.add_argument(
-        "--travel", type=_number(1.0, 100.0), default=100.0, metavar="PCT", help="share of the full travel, %% [100]"
+        "--travel",
+        type=bounded_number(1.0, 100.0),
+        default=100.0,
+        metavar="PCT",
+        help="share of the full travel, %% [100]",
     )
     fins.add_argument("--yes", action="store_true", help="do not ask before anything moves")
     _add_json(fins)
@@ -107,7 +111,11 @@ def _add_can(commands: Any, lazily: Lazily) -> None:
     monitor.add_argument("--node", type=_node, metavar="N", help="this one alone [all]")
     monitor.add_argument("--silent", action="store_true", help="do not even ask for names")
     monitor.add_argument(
-        "--bitrate", type=_number(1e4, 1e7), default=1e6, metavar="BIT_S", help="of the bus, for its load [1000000]"
+        "--bitrate",
+        type=bounded_number(1e4, 1e7),
+        default=1e6,
+        metavar="BIT_S",
+        help="of the bus, for its load [1000000]",
     )
     _add_seconds(monitor, None, "how long to listen", "a terminal: until Ctrl-C; else 5")
     _add_json(monitor)
@@ -130,14 +138,26 @@ def _add_can(commands: Any, lazily: Lazily) -> None:
     params.add_argument("--save", action="store_true", help="have the node keep its parameters")
     params.set_defaults(run=lazily("sternplane.hardware.can_params", kernels=()))
 
-    for name, function, what, good in (
-        ("stats", "statistics", "what a node has counted: transfers, frames and errors on the bus", "it answered"),
-        ("restart", "restart", "have a node restart, after a yes", "it restarts"),
+    for name, function, what, does, good in (
+        (
+            "stats",
+            "statistics",
+            "what a node has counted: transfers, frames and errors on the bus",
+            "Asks a DroneCAN node what it has counted: transfers, frames and errors on the bus.",
+            "it answered",
+        ),
+        (
+            "restart",
+            "restart",
+            "have a node restart, after a yes",
+            "Asks for a yes, then has a DroneCAN node restart.",
+            "it restarts",
+        ),
     ):
         asked = tools.add_parser(
             name,
             help=what,
-            description=f"Asks a DroneCAN node: {what}.",
+            description=does,
             epilog=f"examples:\n  sternplane can {name} 21 --bus socketcan:can0\n\n" + _STATUS.format(good=good),
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
@@ -194,9 +214,8 @@ def _add_vehicle(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_bus(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--bus", default="socketcan:can0", metavar="BUS", help="socketcan:IFACE or udp:N [socketcan:can0]"
-    )
+    help_text = f"{vehicle.BUSES} [socketcan:can0]"
+    parser.add_argument("--bus", default="socketcan:can0", metavar="BUS", help=help_text)
 
 
 def _add_json(parser: argparse.ArgumentParser) -> None:
@@ -206,26 +225,11 @@ def _add_json(parser: argparse.ArgumentParser) -> None:
 def _add_seconds(parser: argparse.ArgumentParser, default: float | None, what: str, told: str = "") -> None:
     parser.add_argument(
         "--seconds",
-        type=_number(0.1, 86_400.0),
+        type=bounded_number(0.1, 86_400.0),
         default=default,
         metavar="S",
         help=f"{what} [{told or f'{default:g}'}]",
     )
-
-
-def _number(low: float, high: float) -> Callable[[str], float]:
-    """Return a type of argument: a number in a range."""
-
-    def number(text: str) -> float:
-        try:
-            value = float(text)
-        except ValueError:
-            value = low - 1.0
-        if not low <= value <= high:
-            raise argparse.ArgumentTypeError(f"{text!r}: must be in [{low:g}, {high:g}]")
-        return value
-
-    return number
 
 
 def _node(text: str) -> int:

@@ -18,7 +18,7 @@ from sternplane.cli.early_checks import refuse_early
 from sternplane.cli.extras import require_report
 from sternplane.cli.hardware_commands import add_hardware
 from sternplane.cli.log_commands import add_logs
-from sternplane.cli.plain_errors import whole_number, with_plain_errors
+from sternplane.cli.plain_errors import bounded_number, whole_number, with_plain_errors
 from sternplane.cli.study_commands import KERNELS, add_studies
 from sternplane.cli.sweep_command import add_sweep
 from sternplane.cli.vehicle_commands import add_vehicle_commands
@@ -56,7 +56,7 @@ def parser() -> argparse.ArgumentParser:
         "--bus",
         default="virtual",
         metavar="BUS",
-        help="virtual in one process; udp:N or socketcan:IFACE in two [virtual]",
+        help=f"virtual in one process; in two {vehicle.BUSES} [virtual]",
     )
     vehicle.add_link(sitl)
     sitl.add_argument(
@@ -92,7 +92,8 @@ def parser() -> argparse.ArgumentParser:
     fly.add_argument(
         "--report",
         action="store_true",
-        help="make report.html and summary.json aboard, when the flight is over [none: `sternplane report` makes them]",
+        help="make report.html and summary.json aboard, of each part of the log, when the flight is over [none: "
+        "`sternplane report` makes them]",
     )
     fly.set_defaults(run=_lazily("sternplane.cli.fly", kernels=("firmware_py",)))
 
@@ -102,7 +103,9 @@ def parser() -> argparse.ArgumentParser:
         description="Put a simulated vehicle on a bus; `sternplane fly` in another process flies it.",
     )
     plant.add_argument("--scenario", default="demo", metavar="NAME", help="where it starts, in what water [demo]")
-    vehicle.add_config(plant, "truth and sensors", _FILES)
+    vehicle.add_config(
+        plant, "truth and sensors", "truth, sensors, io, scenario or autopilot.rate_hz", "truth.body.m_kg=5500"
+    )
     vehicle.add_real_bus(plant)
     vehicle.add_link(plant)
     plant.add_argument(
@@ -116,7 +119,10 @@ def parser() -> argparse.ArgumentParser:
     vehicle.add_lines(plant, "make")
     plant.add_argument("--out", type=Path, metavar="DIR", help="where truth.mcap is left, for the log there [nowhere]")
     plant.add_argument(
-        "--wait", type=float, metavar="S", help="how long a vehicle may take to come [60; in real time 0, for none]"
+        "--wait",
+        type=bounded_number(0.0, 86400.0),
+        metavar="S",
+        help="how long a vehicle may take to come [60; in real time 0: for none]",
     )
     _add_fault(plant, aboard=False)
     plant.set_defaults(run=_lazily("sternplane.sitl.plant"))

@@ -39,3 +39,18 @@ def whole_number(text: str) -> int:
     if not re.fullmatch(rf"[+-]?[0-9]{{1,{_DIGITS}}}", text):
         raise argparse.ArgumentTypeError(f"{shortened(text)}: must be a whole number of at most {_DIGITS} digits")
     return int(text)
+
+
+def bounded_number(low: float, high: float) -> Callable[[str], float]:
+    """Return what reads a number in a range; for argparse."""
+
+    def number(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = low - 1.0
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"{text!r}: must be in [{low:g}, {high:g}]")
+        return value
+
+    return number

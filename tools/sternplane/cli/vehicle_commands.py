@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 from firmware_py.adapters.installation import configuration_folder
 from firmware_py.run.options import FOLDER
-
-Lazily: TypeAlias = Callable[..., Callable[[argparse.Namespace], int]]
+from sternplane.cli.hardware_commands import Lazily
 
 
 def add_vehicle_commands(commands: Any, lazily: Lazily) -> None:
@@ -59,10 +57,10 @@ def _add_check(ways: Any, lazily: Lazily) -> None:
     check = ways.add_parser(
         "check",
         help="what a configuration's vehicle can do, and what in its files contradicts",
-        description="Judges stability, trim, speed, turning and pulling up by the files and by a plant that is swum; "
-        "looks for limits that contradict each other; says what the vehicle can hold.",
+        description="Judges stability, trim, speed, turning and pulling up by the files and by the simulated vehicle "
+        "under held fins; looks for limits that contradict each other; says what the vehicle can hold.",
         epilog="Exit status 0 if nothing failed, 1 if something did, 2 for bad input.",
     )
     check.add_argument("config", type=configuration_folder, metavar="DIR", help=f"a configuration, {FOLDER}")
-    check.add_argument("--picture", type=Path, metavar="FILE", help="also leave a page with plots, FILE.html")
+    check.add_argument("--picture", type=Path, metavar="FILE.html", help="also leave a page with plots")
     check.set_defaults(run=lazily("sternplane.vehicles.check_command", kernels=("sim_bridge",)))

@@ -53,9 +53,12 @@ class Logs:
         """See `files.tree.LogStorage`."""
         return None if self._asked() else self._content[name][offset : offset + n]
 
-    def erase(self) -> None:
+    def erase(self) -> bool:
         """See `files.tree.LogStorage`."""
+        if self._asked():
+            return False
         self.erased += 1
+        return True
 
     def _asked(self) -> bool:
         share = self._rng.random()

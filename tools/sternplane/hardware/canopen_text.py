@@ -33,11 +33,6 @@ def canopen_text(identifier: int, data: bytes) -> str:
             return f"node {node} answers by SDO: {_sdo(message)}"
 
 
-def canopen_node(identifier: int) -> int:
-    """Return the node that a frame is about; 0 for one to all."""
-    return identifier & 0x7F
-
-
 def _sdo(message: co.SdoRequest | co.SdoAnswer) -> str:
     try:
         content = sdo.decode_request(message) if isinstance(message, co.SdoRequest) else sdo.decode_answer(message)

@@ -54,7 +54,7 @@ def command(options: argparse.Namespace) -> int:
         return _list(out, options.json)
     heard = []
     err = Console(stderr=True, highlight=False)
-    for baud in (options.baud,) if options.baud else BAUDS:
+    for baud in BAUDS if options.baud is None else (options.baud,):
         err.print(f"{baud} baud ...", markup=False)
         heard.append(_listen(options.port, baud, options.seconds))
         if heard[-1].found or heard[-1].gone or not heard[-1].recognition.received:

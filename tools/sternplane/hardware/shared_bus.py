@@ -6,6 +6,7 @@ import contextlib
 from collections.abc import Iterator
 
 from firmware_py.adapters.buses.can_bus import CanBus, open_bus
+from firmware_py.run.options import BUSES
 from firmware_py.run.usage_error import UsageError
 
 
@@ -17,6 +18,6 @@ def shared_bus(spec: str, *, standard: bool = False) -> Iterator[CanBus]:
         BusError, UsageError: in one line, why there is none.
     """
     if spec.startswith("virtual"):
-        raise UsageError(f"bus {spec}: a virtual bus ends at its process; give --bus socketcan:IFACE or udp:N")
+        raise UsageError(f"bus {spec}: a virtual bus ends at its process; give --bus {BUSES}")
     with contextlib.closing(open_bus(spec, standard=standard)) as bus:
         yield bus

@@ -42,8 +42,6 @@ _NEAR_LIMIT = 2.0
 """Depth limit and bottom are drawn at once less than so many times the greatest depth down; else from the legend."""
 _LIMITS = (Cause.DEPTH_LIMIT, Cause.ALTITUDE_LIMIT, Cause.BOTTOM_UNSEEN)
 """Where a rule told one of these, they are drawn in any case."""
-_HIDDEN = 0.1
-"""A fin that is commanded as another one for more than this share of the time would hide it."""
 _SAME_DEG = 1.0
 """Fins that are commanded alike and report angles no further apart are one line."""
 

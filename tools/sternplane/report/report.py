@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 from firmware_py.adapters.storage.atomic_file import write_atomically
+from firmware_py.adapters.storage.log_names import of_part, part_number
 from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.adapters.storage.regular_file import folder_error
 from sternplane.logs.reading import LARGE, find
@@ -19,8 +20,10 @@ from sternplane.plain_console import PlainConsole
 from sternplane.report.flight_page import flight_page
 
 
-def write_report(log: Run, folder: str | Path) -> Summary:
+def write_report(log: Run, folder: str | Path, part: int = 1) -> Summary:
     """Write report.html and summary.json into a folder, each whole or not at all, and return the summary.
+
+    Those of a further part of a log are report.2.html and summary.2.json, and so on, as the part is log.2.mcap.
 
     Raises:
         LogError: nothing to report, or the folder cannot be written.
@@ -30,8 +33,8 @@ def write_report(log: Run, folder: str | Path) -> Summary:
     text, page = json.dumps(summary, indent=2, ensure_ascii=False, allow_nan=False), flight_page(log, summary)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        write_atomically(folder / "summary.json", f"{text}\n".encode())
-        write_atomically(folder / "report.html", page.encode())
+        write_atomically(folder / of_part("summary.json", part), f"{text}\n".encode())
+        write_atomically(folder / of_part("report.html", part), page.encode())
     except OSError as error:
         raise LogError(
             f"{folder}: the report cannot be written ({folder_error(folder, error)}); choose another --out"
@@ -44,7 +47,7 @@ def write_report_of_file(path: Path, folder: Path) -> Summary:
     size = path.stat().st_size if path.exists() else 0
     if size > LARGE:
         print(f"making the report of a log of {size / 1e6:.0f} MB", file=sys.stderr)
-    return write_report(stream(path), folder)
+    return write_report(stream(path), folder, part_number(path.name))
 
 
 def command(options: argparse.Namespace) -> int:
@@ -55,5 +58,6 @@ def command(options: argparse.Namespace) -> int:
         raise LogError(f"--out {folder}: {folder_error(folder, OSError())}; choose another folder")
     console = PlainConsole()
     console.print(summary_table(write_report_of_file(path, folder)))
-    console.print(f"{folder / 'report.html'}", highlight=False, soft_wrap=True)
+    page = of_part("report.html", part_number(path.name))
+    console.print(f"{folder / page}", highlight=False, soft_wrap=True)
     return 0

@@ -36,8 +36,6 @@ from sternplane.sitl.two_process import fly_two_processes
 
 def command(options: argparse.Namespace) -> int:
     """Fly and report; return the exit status."""
-    if options.seed < 0:
-        raise UsageError(f"--seed {options.seed}: must be 0 or more")
     bus, address = options.bus, parse_hil_link(options.link)
     if address and not bus.startswith("virtual"):
         raise UsageError(f"--bus {bus} and --link {options.link}: there is no bus on that link; leave --bus away")

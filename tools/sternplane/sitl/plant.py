@@ -26,6 +26,7 @@ from firmware_py.adapters.storage.recorder import LogWriter
 from firmware_py.adapters.storage.regular_file import FolderError, make_folder
 from firmware_py.run import version
 from firmware_py.run.interrupt import interruptible
+from firmware_py.run.options import BUSES
 from firmware_py.run.terminal import say
 from firmware_py.run.usage_error import UsageError
 from firmware_py.settings import plain_settings
@@ -65,13 +66,15 @@ def command(options: argparse.Namespace) -> int:
         raise UsageError(f"--fault {aboard[0]}: strikes the vehicle, not the plant; fly it with `sternplane sitl`")
     flight = prepare(requested(options), {})
     for setting in parse_settings(options.settings):
-        if setting.file == "autopilot" and setting.path != ("rate_hz",):
-            said = f"--set {setting.key}: the plant does not fly by it; set it for the vehicle, python -m firmware_py"
+        if setting.file in ("autopilot", "vehicle") and setting.path != ("rate_hz",):
+            said = f"--set {setting.key}: the plant does not move by it; set it for the vehicle, sternplane fly"
             say(f"sternplane: {said}")
     if options.lines:
         _make_folder(options.lines, "--lines")
         flight = dataclasses.replace(flight, io=at_desk(flight.io, options.lines))
     free = options.pace == "realtime" and not address
+    if options.wait == 0.0 and not free:
+        raise UsageError("--wait 0: in lockstep the plant steps with a vehicle; give it time to come, s")
     wait = options.wait if options.wait is not None else 0.0 if free else WAIT_S
     console = PlainConsole(stderr=True, highlight=False, soft_wrap=True)
     try:
@@ -104,7 +107,7 @@ def run(flight: Flight, places: Sequence[str], out: Path | None, wait: float, co
     io, request = flight.io, flight.request
     spec, dt_ns, free = request.bus or io.can.bus, step_ns(flight.rate), request.pace == "realtime"
     if spec.startswith("virtual"):
-        raise UsageError("plant: a virtual bus ends at its process; give --bus udp:N or socketcan:IFACE")
+        raise UsageError(f"plant: a virtual bus ends at its process; give --bus {BUSES}")
     with contextlib.ExitStack() as stack:
         bus = open_bus(spec, standard=io.canopen.shares_bus)
         stack.callback(bus.close)

@@ -24,6 +24,7 @@ from firmware_py.error_text import shortened
 from firmware_py.params import ParamError, load, param, prefix_errors, toml_key
 from firmware_py.run.kept_passport import FROM_STATE, PassportChoice
 from firmware_py.run.options import io_file
+from firmware_py.run.usage_error import UsageError
 from firmware_py.settings import Setting, lay_settings, of_file, parse_setting
 from firmware_py.vehicle.fins import Fin
 from sim_bridge.build import refuse_unsimulated
@@ -81,7 +82,13 @@ class _Flow:
 
 
 def requested(options: argparse.Namespace) -> FlightRequest:
-    """Return the request of a command's options; `plant` has no state, and no passport."""
+    """Return the request of a command's options; `plant` has no state, and no passport.
+
+    Raises:
+        UsageError: there is no such seed.
+    """
+    if options.seed < 0:
+        raise UsageError(f"--seed {options.seed}: must be 0 or more")
     return FlightRequest(
         scenario=options.scenario,
         config=options.config,

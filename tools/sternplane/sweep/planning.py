@@ -44,6 +44,9 @@ def planned(options: argparse.Namespace, console: Console) -> tuple[Flights, Pat
     Raises:
         ParamError, UsageError: in one line, what is wrong.
     """
+    for name, least in (("seed", 0), ("worst", 0), ("n", 1), ("grid", 1), ("jobs", 1)):
+        if (value := getattr(options, name)) is not None and value < least:
+            raise UsageError(f"--{name} {value}: must be {least} or more")
     if options.out is not None and (options.out / PLAN).exists():
         with _locked(options.out) as store:
             flights = going_on(options, console)
@@ -152,14 +155,8 @@ def _refuse_given(options: argparse.Namespace, plan: Plan, found: dict[str, Any]
 def _checked(options: argparse.Namespace, request: FlightRequest) -> tuple[Plan, str]:
     """Return the plan of the options, and the configured law; every end of every axis is tried."""
     laws, settings, faults = laws_of(options.law), tuple(options.settings), tuple(options.fault)
-    if options.seed is not None and options.seed < 0:
-        raise UsageError(f"--seed {options.seed}: must be 0 or more")
     if options.n is not None and options.grid is not None:
         raise UsageError("--n and --grid: choose one")
-    for name in ("n", "grid", "jobs", "worst"):
-        value = getattr(options, name)
-        if value is not None and value < (0 if name == "worst" else 1):
-            raise UsageError(f"--{name} {value}: must be {0 if name == 'worst' else 1} or more")
     refuse_untaken(laws, [one.key for one in parse_settings(settings)], "--set")
     named = {law: (*taken(law, settings), f"{LAW}={law}") for law in laws} or {"": settings}
     bases = {law: dataclasses.replace(request, settings=those, faults=faults) for law, those in named.items()}

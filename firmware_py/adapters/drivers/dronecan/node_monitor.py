@@ -143,10 +143,6 @@ class NodeMonitor:
         """Return what is known at t of every node that was heard, by node id."""
         return [self._report(node_id, t) for node_id in sorted(self._nodes)]
 
-    def heard_ids(self) -> frozenset[int]:
-        """Return the ids under which anything was heard."""
-        return frozenset(self._nodes) | frozenset(self.noticed)
-
     def counts(self, node_id: int) -> dict[str, int]:
         """Return what was lost of a node, or not believed.
 

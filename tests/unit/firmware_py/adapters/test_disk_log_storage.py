@@ -83,9 +83,19 @@ def test_what_is_not_a_log_is_not_read(store: DiskLogStorage, name: str) -> None
 
 
 def test_erasing_keeps_logs_that_may_still_grow(store: DiskLogStorage, runs: Path) -> None:
-    store.erase()
+    soon(lambda: store.erase() or None)
     assert [log.name for log in soon(store.logs)] == ["b-new.mcap", "c-own.mcap"]
     assert (runs / "a-old").is_dir()
+
+
+def test_logs_that_cannot_be_erased_are_an_error(store: DiskLogStorage, runs: Path) -> None:
+    log = runs / "a-old" / "log.mcap"
+    log.unlink()
+    log.mkdir()
+    os.utime(log, (1_700_000_000, 1_700_000_000))
+    with pytest.raises(OSError, match="Is a directory"):
+        soon(lambda: store.erase() or None)
+    assert log.exists()
 
 
 def children() -> set[int]:

@@ -150,7 +150,8 @@ class Judge:
         watch: for so long it is watched once it lies disarmed at the surface, s: it may sink again.
         patience: a vehicle that is not done by then is given up, s; one that still flies its mission, so long after it
             ended that. It may be slow: without DVL it does not learn, is cautious, and goes round once more for a
-            waypoint that it has missed in depth. One has three quarters of it at least since it first began to come up.
+            waypoint that it has missed in depth. One that begins to come up before then,
+            for the first time or again, has three quarters of it from there.
     """
 
     def __init__(
@@ -223,7 +224,7 @@ class Judge:
         found.modes.append((t, mode.name, cycle.mode.cause.name))
         found.end_mode, found.end_cause = mode.name, cycle.mode.cause.name
         if mode is Mode.SURFACE:
-            if math.isinf(found.t_surfacing):
+            if t < self._patience:
                 self._given_up = max(self._given_up, t + _CLIMBS * self._patience)
             found.t_surfacing = t
         self._rest = (t, self.found.end_depth) if mode is Mode.DISARMED and self._armed else (math.inf, math.nan)

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from firmware_py import __version__
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.commands.queue import MAX_WAITING
 from firmware_py.records.event import Cause, Event, EventKind, Severity
@@ -447,6 +448,11 @@ def test_capabilities_claim_what_there_is_and_one_encoding(identity: Identity, e
     vehicle.stations[0].command(mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES, 1)
     vehicle.step()
     (version,) = vehicle.stations[0].heard("AUTOPILOT_VERSION")
+    numbers = [version.flight_sw_version >> shift & 0xFF for shift in (24, 16, 8)]
+    assert ".".join(map(str, numbers)) == __version__.removesuffix(".dev0")
+    assert (version.flight_sw_version & 0xFF == mavlink.FIRMWARE_VERSION_TYPE_OFFICIAL) == (
+        not __version__.endswith(".dev0")
+    )
     assert version.capabilities == (
         encoding
         | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2

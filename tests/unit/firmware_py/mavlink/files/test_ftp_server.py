@@ -49,7 +49,7 @@ class Shelf:
             raise OSError(errno.EIO, os.strerror(errno.EIO))
         return None if self._first((name, offset, n)) else self.files[name.removesuffix(".mcap")][offset : offset + n]
 
-    def erase(self) -> None:
+    def erase(self) -> bool:
         raise AssertionError
 
     def _first(self, what: Any) -> bool:

@@ -41,10 +41,12 @@ class Shelf:
         self.ready = not self.ready
         return None if self.ready else self.files[name][offset : offset + n]
 
-    def erase(self) -> None:
+    def erase(self) -> bool:
         if self.broken:
             raise OSError(errno.EIO, os.strerror(errno.EIO))
-        self.erased += 1
+        self.ready = not self.ready
+        self.erased += not self.ready
+        return not self.ready
 
 
 def vehicle_with_logs() -> tuple[LinkedVehicle, Station, Shelf]:
@@ -146,6 +148,8 @@ def test_logs_are_erased_of_a_disarmed_vehicle_only() -> None:
     vehicle.mode = Mode.DISARMED
     vehicle.step()
     station.send(mavlink.MAVLink_log_erase_message(1, 1))
+    vehicle.step()
+    assert not station.heard("STATUSTEXT"), "not yet"
     vehicle.step(2)
     assert shelf.erased == 1
     assert put_together(station.heard("STATUSTEXT")) == ["logs erased, except those that may still be written"]
