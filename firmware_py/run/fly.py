@@ -42,7 +42,7 @@ from firmware_py.tick import Rate
 
 _FILES = {**config_files.FILES, "io": IoParams}
 """The files of which single keys can be set."""
-_LOST = 1
+_FAILED = 1
 """The exit status of a flight whose plant was lost, or of which not all was kept: what is started again may fly."""
 _AGAIN = 3
 """The exit status that asks the service manager to start the vehicle again."""
@@ -202,7 +202,10 @@ def _fly_alone(
     point_latest(folder)
     if interrupted and recorder.last is not None and recorder.last.applied.armed:
         say("sternplane: it was armed: fins are centred, the propeller stops; a next start under water brings it up")
-    status = _LOST if lost else _AGAIN if ground.node.end_request == "reboot" else 0 if kept and closed else _LOST
+    if ground.node.end_request == "reboot" and not lost:
+        status = _AGAIN
+    else:
+        status = 0 if kept and closed and not lost else _FAILED
     return FlightResult(status, folder, recorder.cycles)
 
 

@@ -17,6 +17,10 @@ EPILOG = (
     "plant was lost or not all was kept (log, state), 2 for bad input, 3 if a station asked for a reboot: the service "
     "manager starts it again after each but 2."
 )
+BUSES = "udp:N (N from 0 to 9), socketcan:IFACE or python-can:INTERFACE:CHANNEL@BITRATE"
+"""The buses that several processes can use."""
+EXAMPLE = "vehicle.M_q=-0.05"
+"""A key that can be set."""
 
 
 def add_lines(parser: argparse.ArgumentParser, verb: str) -> None:
@@ -58,12 +62,6 @@ def add_fly(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--state", type=Path, metavar="DIR", help="folder of the state that is kept between runs")
     add_passport(parser)
     add_ground(parser)
-
-
-BUSES = "udp:N (N from 0 to 9), socketcan:IFACE or python-can:INTERFACE:CHANNEL@BITRATE"
-"""The buses that several processes can use."""
-EXAMPLE = "vehicle.M_q=-0.05"
-"""A key that can be set."""
 
 
 def add_config(

@@ -106,6 +106,15 @@ def test_a_folder_that_is_removed_in_flight_is_said_in_one_line(
     assert (state / "navigation.json").exists()
 
 
+def test_where_the_folder_was_removed_in_flight_no_report_is_made(
+    tmp_path: Path, dvl: str, until: Callable, bus_spec: str
+) -> None:
+    out = tmp_path / "out"
+    until(10, lambda: shutil.rmtree(out))
+    assert command(parsed("--bus", bus_spec, "--dvl", dvl, "--out", out, "--report")) == 1
+    assert not out.exists()
+
+
 def test_a_folder_that_cannot_be_written_is_refused_before_the_flight(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -89,13 +89,13 @@ class LogTransfer:
         if self._tree.log_storage is None or not self._erasing:
             return
         try:
-            self._erasing = not self._tree.log_storage.erase()
+            if not self._tree.log_storage.erase():
+                return
+            said = "logs erased, except those that may still be written"
         except OSError as error:
-            self._erasing = False
-            self._output.send_text(f"logs cannot be erased: {error.strerror}", WARNING)
-            return
-        if not self._erasing:
-            self._output.send_text("logs erased, except those that may still be written", WARNING)
+            said = f"logs cannot be erased: {error.strerror}"
+        self._erasing = False
+        self._output.send_text(said, WARNING)
 
     def _parts(self, number: int) -> list[Message]:
         """Return the next data; a part that is not full is the last."""

@@ -19,6 +19,6 @@ def command(options: argparse.Namespace) -> int:
         from sternplane.plain_console import PlainConsole
         from sternplane.report import report
 
-        for _, path in parts_in(flown.folder):
+        for _, path in parts_in(flown.folder) if flown.folder.is_dir() else []:  # it may have been removed in flight
             PlainConsole().print(summary_table(report.write_report_of_file(path, flown.folder)))
     return flown.status

@@ -138,26 +138,14 @@ def _add_can(commands: Any, lazily: Lazily) -> None:
     params.add_argument("--save", action="store_true", help="have the node keep its parameters")
     params.set_defaults(run=lazily("sternplane.hardware.can_params", kernels=()))
 
-    for name, function, what, does, good in (
-        (
-            "stats",
-            "statistics",
-            "what a node has counted: transfers, frames and errors on the bus",
-            "Asks a DroneCAN node what it has counted: transfers, frames and errors on the bus.",
-            "it answered",
-        ),
-        (
-            "restart",
-            "restart",
-            "have a node restart, after a yes",
-            "Asks for a yes, then has a DroneCAN node restart.",
-            "it restarts",
-        ),
+    for name, function, what, good in (
+        ("stats", "statistics", "what a node has counted: transfers, frames and errors on the bus", "it answered"),
+        ("restart", "restart", "have a node restart, after a yes", "it restarts"),
     ):
         asked = tools.add_parser(
             name,
             help=what,
-            description=does,
+            description=f"DroneCAN: {what}.",
             epilog=f"examples:\n  sternplane can {name} 21 --bus socketcan:can0\n\n" + _STATUS.format(good=good),
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )

@@ -103,7 +103,8 @@ class Remedies:
         port = place.device.split(",")[0].removeprefix("port ")
         if isinstance(line, I2cBus):
             bus = port.rpartition(":")[2]
-            return f"no sensor answers on {place.device}. Is it powered, its cable right? `i2cdetect -y {bus}` shows 76"
+            shown = f"`i2cdetect -y {bus}` shows 76 then"
+            return f"no sensor answers on {place.device}. Is it powered, its cable right? {shown}"
         if not line.received:
             return (
                 f"not a byte came on {place.device}. Is it powered, its cable right? `sternplane serial sniff {port}`"

@@ -150,8 +150,8 @@ class Judge:
         watch: for so long it is watched once it lies disarmed at the surface, s: it may sink again.
         patience: a vehicle that is not done by then is given up, s; one that still flies its mission, so long after it
             ended that. It may be slow: without DVL it does not learn, is cautious, and goes round once more for a
-            waypoint that it has missed in depth. One that begins to come up before then,
-            for the first time or again, has three quarters of it from there.
+            waypoint that it has missed in depth. One that begins to come up before then, for the first time or again,
+            has three quarters of it from there.
     """
 
     def __init__(
