@@ -69,7 +69,7 @@ def is_running(pid: int) -> bool:
     try:
         with open(f"/proc/{pid}/stat", encoding="ascii") as stat:
             return stat.read().rpartition(")")[2].split()[0] != "Z"
-    except FileNotFoundError:
+    except (FileNotFoundError, ProcessLookupError):  # the latter of one that is reaped after its file was opened
         return False
 
 
@@ -102,9 +102,11 @@ def test_an_interrupt_ends_a_worker_that_is_being_started(tmp_path) -> None:
     script.write_text(INTERRUPTED_WHILE_STARTING)
     with subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, text=True) as starter:
         assert starter.stdout is not None
-        gone = ends(int(starter.stdout.readline()))
-        going_on = is_running(starter.pid)
-        starter.kill()
+        try:
+            gone = ends(int(starter.stdout.readline()))
+            going_on = is_running(starter.pid)
+        finally:
+            starter.kill()
     assert gone
     assert going_on
 
