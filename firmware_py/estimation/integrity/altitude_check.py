@@ -192,7 +192,7 @@ class AltitudeCheck:
         echo.now += _MEAN_NOW * (bottom - echo.now)
         if t - echo.t_entry >= _STEP - 1e-6:
             echo.t_entry, echo.history = t, (*echo.history[-_HISTORY + 1 :], (echo.now, carried))
-            echo.track = (*echo.track[-LENGTH + 1 :], Sounding(echo.now, carried))
+            echo.track = (*echo.track[-LENGTH + 1 :], Sounding(echo.now, carried, echo.off))
         settled = t - max(echo.t_begun, witness.t_begun) > _JUST
         if settled and abs(echo.mean - witness.mean) > limit and heard_witness and not other.memory.in_row:
             return self._arbitrate(echo, witness, t, carried, watch, other)

@@ -1,5 +1,8 @@
 """An altitude that stays while the vehicle dives, and no other sensor sees the bottom: a bottom that falls, or a lie.
 
+It dives if both the depth that is believed and the carried one say so: without DVL eddies carry a hull by metres that
+pitch and speed do not see, and the pressure may drift.
+
 A vehicle that follows a slope keeps its altitude as well. But there the bottom falls first, and goes on as it fell
 before; where the slope changes, the altitude changes until the vehicle has followed. What is stuck begins to fall just
 when, and just as fast as, the vehicle dives: it leaves the course that the bottom had when the altitude began to stay.
@@ -30,16 +33,18 @@ REACTS = 0.5
 class Sounding(NamedTuple):
     """The depth of the bottom and the depth that is carried on at one time, m.
 
-    Where the bottom has jumped since by `leapt`, m, this is in `bottom`: so the course goes on.
+    Where the bottom has jumped since by `leapt`, m, this is in `bottom`: so the course goes on. The carried depth was
+    deeper than the one that is believed, as far as one was, by `off`, m.
     """
 
     bottom: float
     carried: float
+    off: float = 0.0
     leapt: float = 0.0
 
     def leap(self, by: float) -> Sounding:
         """Return it after the bottom has jumped, m."""
-        return Sounding(self.bottom + by, self.carried, self.leapt + by)
+        return self._replace(bottom=self.bottom + by, leapt=self.leapt + by)
 
     @property
     def altitude(self) -> float:
@@ -63,8 +68,9 @@ def bottom_before(track: Sequence[Sounding]) -> float:
         low, high = min(low, then.altitude), max(high, then.altitude)
         if high - low > _STAYS:
             break
-        if not doubted and now.bottom - then.bottom > _FALLS:
-            doubted = now.bottom - then.bottom > _FALLS + _course(track[-1 - age - _COURSE : len(track) - age]) * age
+        falls = now.bottom - then.bottom - max(0.0, now.off - then.off)
+        if not doubted and falls > _FALLS:
+            doubted = falls > _FALLS + _course(track[-1 - age - _COURSE : len(track) - age]) * age
         nearest = min(nearest, then.bottom - then.leapt, before.bottom - before.leapt)
     return nearest if doubted else math.nan
 

@@ -20,9 +20,10 @@ from firmware_py.records.adoption import Adopted
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.health import ActuatorFault, AxisDoubt
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
+from firmware_py.safety.actuators.fin_effect import Seen
 from firmware_py.safety.actuators.hull_memory import CrossedMemory, HullMemory, Values
 from firmware_py.safety.actuators.hull_response import PERIOD, SUSPECT
-from firmware_py.safety.actuators.hull_watch import NOTHING, HullWatch, Seen
+from firmware_py.safety.actuators.hull_watch import NOTHING, HullWatch
 from firmware_py.safety.actuators.share_watch import LEFT, ShareWatch
 from firmware_py.safety.actuators.single_fin import SingleFin, Step
 from firmware_py.vehicle.vehicle import Vehicle

@@ -168,7 +168,7 @@ class AxisWatch:
     def pause(self) -> None:
         """Stop where the model does not hold or nothing is measured; what was learned, and a fault, are kept."""
         m = self._memory
-        if m.running:
+        if m.running or m.held:
             self._memory = _FRESH._replace(
                 fault=m.fault,
                 variance=m.variance,
@@ -177,6 +177,17 @@ class AxisWatch:
                 learned=m.learned,
                 prior=m.prior,
             )
+
+    def hold(self, rate: float, hull: float, fins: float, over: float) -> None:
+        """Judge only whether the fins hold in vain, for the model is refuted: how much they do it does not tell.
+
+        The arguments are those of `update`.
+        """
+        held, turned = self._held_in_vain(self._memory, rate, fins, over, fins + hull)
+        self.pause()
+        self._memory = self._memory._replace(held=held, turned=turned)
+        if turned > _TURNED:
+            self.give_up()
 
     def update(
         self,

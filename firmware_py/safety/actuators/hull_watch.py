@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import NamedTuple
 
 from firmware_py.marine import clip
 from firmware_py.records.adoption import Adopted
@@ -15,7 +14,8 @@ from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
 from firmware_py.safety.actuators.attitude_witness import AttitudeWitness
 from firmware_py.safety.actuators.cross_flow import CrossFlow
-from firmware_py.safety.actuators.fin_angles import FinAngles, Told
+from firmware_py.safety.actuators.fin_angles import FinAngles
+from firmware_py.safety.actuators.fin_effect import FinEffect, Seen
 from firmware_py.safety.actuators.hull_memory import HullMemory, Values
 from firmware_py.safety.actuators.hull_reference import CRUISE, HullReference
 from firmware_py.safety.actuators.hull_response import PERIOD, AxisWatch
@@ -42,26 +42,6 @@ _FAR = 0.1
 """Where what fins do, the last coefficient, differs by more than this share, it is another vehicle."""
 
 
-class Seen(NamedTuple):
-    """What one step shows of an axis.
-
-    Attributes:
-        t: when, s.
-        u: speed to which fins are held, m/s.
-        cross: that across the hull, m/s, known by the DVL if `water` is.
-        rate: mean rate of turn, rad/s.
-        told: where its fins were.
-        water: what speed and current may be.
-    """
-
-    t: float
-    u: float
-    cross: float
-    rate: float
-    told: Told
-    water: tuple[WaterSpeed, ...]
-
-
 class HullWatch:
     """Judges pitch (axis 0) and yaw (axis 1), each once a period, in turns."""
 
@@ -75,8 +55,9 @@ class HullWatch:
         self._files = diving_coefficients(vehicle), steering_coefficients(vehicle)
         self._advance = vehicle.propeller.u_trim / vehicle.propeller.n_trim
         self._travel = tuple([fin.delta_max for fin in vehicle.fins])
-        self._shares = vehicle.effectiveness.s, vehicle.effectiveness.r
-        self._fins = tuple([[i for i, share in enumerate(row) if share] for row in self._shares])
+        shares = vehicle.effectiveness.s, vehicle.effectiveness.r
+        self._fins = tuple([[i for i, share in enumerate(row) if share] for row in shares])
+        self._effects = [FinEffect(row, self._travel) for row in shares]
         eddies = self._reference.eddies
         self._axes = tuple([AxisWatch(params.evidence, one, PERIOD) for one in eddies])
         self._left = [watch(params.evidence, one, PERIOD) for one in eddies]
@@ -234,11 +215,15 @@ class HullWatch:
         across, steady = current_across(state, water) if axis else (0.0, True)
         if axis and self._flow.jumped(across):
             self._axes[axis].pause()
-        judged = count and known and steady and applied.armed and speaks and state.depth_ok and state.eta.z > _DEPTH_MIN
+        judged = count and steady and applied.armed and speaks and state.depth_ok and state.eta.z > _DEPTH_MIN
         if judged and u > _SPEED_MIN and (n == 0.0 or driven > _BRAKES * fast):
-            self._speeds[axis] = u
             cross = ((state.nu.v if axis else state.nu.w) if state.velocity_ok else 0.0) - across
-            if self._weigh(axis, Seen(t, u, cross, total / count, told, water), state):
+            seen = Seen(t, u, cross, total / count, told, water)
+            if not known:
+                self._hold(axis, seen, state)
+                return self._fault(axis) is not was
+            self._speeds[axis] = u
+            if self._weigh(axis, seen, state):
                 return True
         else:
             self._pause(axis)
@@ -248,6 +233,18 @@ class HullWatch:
         """Judge nothing of an axis."""
         for one in (self._axes[axis], self._left[axis], self._stuck[axis]):
             one.pause()
+
+    def _hold(self, axis: int, seen: Seen, state: StateEstimate) -> None:
+        """Judge an axis of which the model is refuted: only whether its fins hold in vain.
+
+        Fins that jam without a report before anything has held refute the model, too.
+        """
+        model = self._reference.models[axis]
+        _, angles, over = self._effects[axis].of(model.control, seen.told.angles)
+        hull = seen.u * seen.cross * model.crosswise + model.restoring * math.sin(state.eta.theta)
+        self._left[axis].pause()
+        self._stuck[axis].pause()
+        self._axes[axis].hold(seen.rate, hull, seen.u * seen.u * angles, over)
 
     def _weigh_fins(self, axis: int, step: Step, seen: Seen, steady: bool) -> None:
         """Lay a step before what judges single fins: nothing does where none acts on both axes."""
@@ -259,11 +256,7 @@ class HullWatch:
         """
         t, u, cross, rate, (told, mute), water = seen
         watch, left, stuck, model = self._axes[axis], self._left[axis], self._stuck[axis], self._reference.models[axis]
-        pinged, fins = bool(water), self._fins[axis]
-        units = [model.control * self._shares[axis][i] for i in fins]
-        angles = sum([unit * angle for unit, angle in zip(units, told, strict=True)])
-        most = sum([abs(unit) * self._travel[i] for i, unit in zip(fins, units, strict=True)])
-        over = abs(angles) / most if most else math.inf  # fins that oppose each other hold against nothing
+        pinged, (units, angles, over) = bool(water), self._effects[axis].of(model.control, told)
         share = damped_share(u * model.damping, PERIOD)  # 0.98 for a hull of 5.3 m, 0.87 for one of 1.1 m
         damping, force = share * u * model.damping, share * u * u
         restoring = model.restoring * math.sin(state.eta.theta)

@@ -24,7 +24,8 @@ EVIDENCE = 12.0
 class Hull:
     """Pitch under fins that a pilot keeps moving, in eddies, with the noise of gyros: the truth behind an `AxisWatch`.
 
-    `effect` is what the fins make of what they should, `pilot` how the fins move; `named` has times and faults.
+    `effect` is what the fins make of what they should, `pilot` how the fins move; `named` has times and faults. Where
+    the model is `refuted` the watch is told no damping, and judges only whether fins hold in vain.
     """
 
     seed: int
@@ -34,6 +35,7 @@ class Hull:
     swing: float = math.radians(6.0)
     jam: float = math.nan
     reports: bool = True
+    refuted: bool = False
     watch: AxisWatch = field(default_factory=lambda: AxisWatch(EVIDENCE, 1.5 * EDDIES, PERIOD))
     t: float = 0.0
     q: float = 0.0
@@ -59,7 +61,11 @@ class Hull:
             over = 0.0 if self.reports else abs(self.fin) / TRAVEL
             was = self.watch.fault
             hull = -0.05 * self.theta
-            if self.watch.update(rate, DAMPING, hull, CONTROL * self.fin, over) is not was:
+            if self.refuted:
+                self.watch.hold(rate, hull, CONTROL * self.fin, over)
+            else:
+                self.watch.update(rate, DAMPING, hull, CONTROL * self.fin, over)
+            if self.watch.fault is not was:
                 self.named.append((self.t, self.watch.fault))
             self.t += PERIOD
         return self.watch.fault
@@ -73,6 +79,28 @@ def test_designed_for_the_eddies_that_there_are_it_finds_nothing_in_them(seed: i
     after.run(300.0)
     assert before.named != []
     assert after.named == []
+
+
+@pytest.mark.parametrize("seed", range(1000, 1004))
+def test_fins_that_hold_in_vain_are_lost_even_where_the_model_is_refuted(seed: int) -> None:
+    sound, jammed = Hull(seed, reports=False, refuted=True), Hull(seed, reports=False, refuted=True)
+    assert sound.run(120.0) is NONE
+    jammed.run(10.0)
+    jammed.jam = math.radians(15.0)
+    assert jammed.run(15.0) is LOST
+    assert jammed.named[0][0] > 10.0
+
+
+def test_a_pause_forgets_that_fins_were_held_over() -> None:
+    watch = AxisWatch(EVIDENCE, EDDIES, PERIOD)
+    for _ in range(20):
+        for _ in range(round(3.5 / PERIOD)):  # 0.02 rad/s the wrong way: in vain after 5.6 s
+            watch.hold(0.02, 0.0, CONTROL, 1.0)
+        watch.pause()
+    assert watch.fault is NONE
+    for _ in range(round(6.0 / PERIOD)):
+        watch.hold(0.02, 0.0, CONTROL, 1.0)
+    assert watch.fault is LOST
 
 
 @pytest.mark.parametrize("seed", range(1000, 1004))

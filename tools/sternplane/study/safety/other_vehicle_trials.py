@@ -73,6 +73,7 @@ X_TAIL = Group(
             *(f"slow:{fin}=2@{{t}}" for fin in _X_FINS),
             named=None,
             note="in still water it asks its fins for no more",
+            ends="in eddies laws and fins as slow as these swing: without the rules on fins by 33 to 40 deg",
         ),
     ),
 )

@@ -115,3 +115,13 @@ def test_a_bottom_that_falls_as_the_vehicle_dives_is_believed_again_once_the_alt
     seen = list(flown("altitude", alone("altitude", altitude), 100.0))
     assert {s.health.altitude.fault for s in seen} >= {F.UNDECIDED}
     assert seen[-1].health.altitude.state is SourceState.GOOD
+
+
+@pytest.mark.parametrize(("drift", "doubted"), [(0.2, False), (0.0, True)])
+def test_an_altitude_that_stays_is_in_doubt_only_if_the_depth_that_is_believed_has_changed_too(
+    drift: float, doubted: bool
+) -> None:
+    """Without DVL eddies carry the hull: pitch and speed say that it dives by 0.2 m/s, and the pressure stays."""
+    bottoms = [20.0 + 0.2 * max(0, t - 10) for t in range(LENGTH)]
+    past = [Sounding(bottom, bottom - 5.0, drift * max(0, t - 10)) for t, bottom in enumerate(bottoms)]
+    assert math.isfinite(bottom_before(past)) is doubted
