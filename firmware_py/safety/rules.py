@@ -3,7 +3,7 @@
 Why the table says what it says:
 
 - Surfacing is powered, for the vehicle is neutral (W = B): stopped, it stays where it is. So SURFACE is the answer to
-  everything in which it can still be steered, and DISARMED is only for the surface, or when there is no hope.
+  everything in which it can still be steered, and a rule leads to DISARMED only at the surface.
 - Without attitude no law can steer, but the vehicle still climbs under fixed stern planes (`ascent`).
 - Without depth it climbs too: the estimate of depth goes on by dead reckoning, good enough to come up. Then a position
   fix, which is not to be had under water, shows that it came up.

@@ -7,7 +7,7 @@ and a sum, and two cumulative sums of the log-likelihood ratio (Page's CUSUM) de
 sound fins have at least, and half of it against the whole.
 
 What sound fins have is learned in flight, so that a vehicle file that is wrong by half is no fault. What was learned in
-the last minute does not count, for it may have been learned from a fault.
+the last 40 to 60 s does not count, for it may have been learned from a fault.
 """
 
 from __future__ import annotations
