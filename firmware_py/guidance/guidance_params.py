@@ -70,14 +70,14 @@ class GuidanceParams:
         1.5, unit="m/s", low=0.1, high=20.0, doc="Speed on the way up: fins need it.", mav="SURF_SPEED"
     )
     failsafe_speed: float = param(
-        1.0, unit="m/s", low=0.0, high=20.0, doc="At most so fast in a HOLD that a rule ordered.", mav="FS_SPEED"
+        1.0, unit="m/s", low=0.0, high=20.0, doc="Greatest speed in a HOLD that a rule ordered.", mav="FS_SPEED"
     )
     loiter_radius: float = param(
         30.0,
         unit="m",
         low=5.0,
         high=1000.0,
-        doc="Of the circle around a place; turn_radius and speed may widen it.",
+        doc="Radius of the circle around a place; turn_radius and speed may widen it.",
         mav="LOIT_RADIUS",
     )
     line_of_sight: LineOfSightParams = table(LineOfSightParams)

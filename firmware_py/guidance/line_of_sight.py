@@ -42,7 +42,7 @@ class LineOfSightParams:
         unit="s",
         low=0.0,
         high=1e5,
-        doc="For so long; then the waypoint is given up, with an event.",
+        doc="A waypoint passed at another depth is circled for so long, then given up, with an event.",
         mav="ACC_TIME",
     )
     lead: float = param(

@@ -33,22 +33,36 @@ class ManoeuvreParams:
         0.3, low=0.0, high=1.0, doc="Share of the laws' fin angles that is given meanwhile.", mav="GRIP"
     )
     depth_band: float = param(
-        5.0, unit="m", low=0.5, high=100.0, doc="It stays as near to the depth it began at.", mav="BAND"
+        5.0,
+        unit="m",
+        low=0.5,
+        high=100.0,
+        doc="A learning manoeuvre stays so near to the depth that it began at.",
+        mav="BAND",
     )
     depth_margin: float = param(
-        5.0, unit="m", low=0.0, high=100.0, doc="It keeps off the surface and depth_max.", mav="Z_MARGIN"
+        5.0,
+        unit="m",
+        low=0.0,
+        high=100.0,
+        doc="A learning manoeuvre keeps so far off the surface and depth_max.",
+        mav="Z_MARGIN",
     )
     altitude_margin: float = param(
-        5.0, unit="m", low=0.0, high=100.0, doc="It keeps as far above altitude_min.", mav="ALT_MARG"
+        5.0, unit="m", low=0.0, high=100.0, doc="A learning manoeuvre keeps so far above altitude_min.", mav="ALT_MARG"
     )
-    pitch_max: float = param(25.0, unit="deg", low=1.0, high=60.0, doc="Steepest pitch, up and down.", mav="PITCH")
+    pitch_max: float = param(
+        25.0, unit="deg", low=1.0, high=60.0, doc="Steepest pitch of a learning manoeuvre, up and down.", mav="PITCH"
+    )
     depth_lead: float = param(
         5.0, unit="s", low=0.0, high=20.0, doc="How far ahead depth and altitude are judged.", mav="Z_LEAD"
     )
     pitch_lead: float = param(
         2.0, unit="s", low=0.0, high=20.0, doc="How far ahead in time pitch is judged.", mav="P_LEAD"
     )
-    resume: float = param(0.5, low=0.0, high=1.0, doc="It goes on once inside this share of the limits.", mav="RESUME")
+    resume: float = param(
+        0.5, low=0.0, high=1.0, doc="A manoeuvre that paused goes on inside this share of its limits.", mav="RESUME"
+    )
     patience: float = param(60.0, unit="s", low=1.0, high=1e4, doc="A wait as long as this ends it.", mav="PATIENCE")
 
 

@@ -16,46 +16,60 @@ class AscentParams:
         3.0, unit="deg", low=0.5, high=12.0, doc="Pitch near the surface: steeper, the bow hangs out.", mav="LVL_PIT"
     )
     level_depth: float = param(
-        1.5, unit="m", low=0.2, high=3.0, doc="Less deep than this is near the surface.", mav="LVL_DEP"
+        1.5, unit="m", low=0.2, high=3.0, doc="Above this depth the surface is near: level_pitch.", mav="LVL_DEP"
     )
     pitch_rate: float = param(
         4.0, unit="deg/s", low=0.2, high=30.0, doc="Change of the desired pitch; as fast as the fins can.", mav="RATE"
     )
     deeper: float = param(
-        2.0, unit="m", low=0.2, high=50.0, doc="Deeper than it was by so much: propeller astern.", mav="DEEPER"
+        2.0, unit="m", low=0.2, high=50.0, doc="If it gets deeper by so much, the propeller goes astern.", mav="DEEPER"
     )
     pitch_error: float = param(
-        15.0, unit="deg", low=3.0, high=60.0, doc="So far off the desired pitch: propeller astern.", mav="OFF"
+        15.0,
+        unit="deg",
+        low=3.0,
+        high=60.0,
+        doc="If its pitch is off by so much, the propeller goes astern.",
+        mav="OFF",
     )
-    pitch_error_time: float = param(1.0, unit="s", low=0.1, high=10.0, doc="Off for so long.", mav="OFF_T")
-    roll: float = param(60.0, unit="deg", low=20.0, high=90.0, doc="More roll: stop, release the weight.", mav="ROLL")
+    pitch_error_time: float = param(
+        1.0, unit="s", low=0.1, high=10.0, doc="Time for which the pitch must be off by pitch_error.", mav="OFF_T"
+    )
+    roll: float = param(
+        60.0, unit="deg", low=20.0, high=90.0, doc="Beyond this roll it stops and releases the weight.", mav="ROLL"
+    )
     roll_time: float = param(
-        10.0, unit="s", low=0.5, high=60.0, doc="More roll for so long; upside down at once.", mav="ROLL_T"
+        10.0,
+        unit="s",
+        low=0.5,
+        high=60.0,
+        doc="Time for which it must roll more than roll; upside down counts at once.",
+        mav="ROLL_T",
     )
     limit_margin: float = param(
-        1.0, unit="m", low=0.0, high=50.0, doc="Below depth_max by so much: release the weight.", mav="MARGIN"
+        1.0, unit="m", low=0.0, high=50.0, doc="Below depth_max by so much it releases the weight.", mav="MARGIN"
     )
     progress: float = param(1.0, unit="m", low=0.1, high=10.0, doc="Rising by so much is progress.", mav="PROGRESS")
     climb_time: float = param(
-        45.0, unit="s", low=5.0, high=300.0, doc="Without progress for so long: release the weight.", mav="CLIMB_T"
+        45.0, unit="s", low=5.0, high=300.0, doc="After so long without progress it releases the weight.", mav="CLIMB_T"
     )
     drop_time: float = param(
-        10.0,
-        unit="s",
-        low=1.0,
-        high=600.0,
-        doc="Without progress for so long a vehicle without propeller releases the weight.",
-        mav="DROP_T",
+        10.0, unit="s", low=1.0, high=600.0, doc="The same for a vehicle whose propeller does not turn.", mav="DROP_T"
     )
     drop_margin: float = param(
-        3.0, unit="m", low=0.0, high=50.0, doc="And at once if it sinks so near to a limit.", mav="DROP_M"
+        3.0,
+        unit="m",
+        low=0.0,
+        high=50.0,
+        doc="A vehicle that sinks so near to a limit releases the weight at once.",
+        mav="DROP_M",
     )
     rest_speed: float = param(
         0.1, unit="m/s", low=0.02, high=1.0, doc="Slower than this the way is off.", mav="REST_SPD"
     )
     reverse_time: float = param(30.0, unit="s", low=1.0, high=120.0, doc="Propeller astern for no longer.", mav="REV_T")
     turn_time: float = param(
-        20.0, unit="s", low=5.0, high=120.0, doc="Without depth: up to the surface and level, so long each.", mav="TURN"
+        20.0, unit="s", low=5.0, high=120.0, doc="Without depth it goes up, and then level, so long each.", mav="TURN"
     )
     wait_time: float = param(
         60.0, unit="s", low=5.0, high=300.0, doc="Near the surface for so long: slowly, and say so.", mav="WAIT_T"

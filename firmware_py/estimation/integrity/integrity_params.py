@@ -41,7 +41,7 @@ class IntegrityParams:
         unit="s",
         low=0.1,
         high=60.0,
-        doc="The same of the altimeter, whose wire has steps as wide as its noise.",
+        doc="The same for the altimeter, whose wire has steps as wide as its noise.",
         mav="FROZ_ALT",
     )
     slow_timeout: float = param(
@@ -107,7 +107,7 @@ class IntegrityParams:
         unit="m",
         low=0.1,
         high=10.0,
-        doc="Less deep than this, depth is not checked: the hull leaves the water.",
+        doc="Above this depth, depth is not checked: the hull leaves the water.",
         mav="SURFACE",
     )
     tilt: float = param(2.5, unit="deg", low=0.5, high=90.0, doc="Roll and pitch against the gyros.", mav="TILT")
@@ -139,7 +139,7 @@ class IntegrityParams:
         unit="m/s",
         low=0.5,
         high=50.0,
-        doc="No part of the vehicle's velocity is greater, current included.",
+        doc="Greatest believable velocity along each axis, current included.",
         mav="V_MAX",
     )
     speed_step: float = param(

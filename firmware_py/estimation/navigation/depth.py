@@ -49,7 +49,14 @@ class DepthParams:
         doc="Until first armed, a reading so near is taken for the air; 0 never.",
         mav="P_ZERO",
     )
-    tau_zero: float = param(1.0, unit="s", low=0.1, high=60.0, doc="Time constant of that zero.", mav="TAU_ZERO")
+    tau_zero: float = param(
+        1.0,
+        unit="s",
+        low=0.1,
+        high=60.0,
+        doc="Time constant of the zero that is taken from the air until first armed.",
+        mav="TAU_ZERO",
+    )
     tau: float = param(
         0.3, unit="s", low=0.0, high=10.0, doc="Time constant with which pressure corrects the depth.", mav="TAU"
     )
@@ -62,7 +69,9 @@ class DepthParams:
     lost_std: float = param(
         0.05, unit="m/s", low=0.0, high=1.0, doc="Growth of that sigma without pressure.", mav="LOST_STD"
     )
-    range: float = param(500.0, unit="m", low=1.0, high=12000.0, doc="A deeper reading is ignored.", mav="RANGE")
+    range: float = param(
+        500.0, unit="m", low=1.0, high=12000.0, doc="A reading deeper than this is ignored.", mav="RANGE"
+    )
 
 
 class DepthMemory(NamedTuple):

@@ -37,7 +37,7 @@ class NavigationParams:
     depth: depth.DepthParams = table(depth.DepthParams, mav="DEP_")
     position: dead_reckoning.PositionParams = table(dead_reckoning.PositionParams, mav="POS_")
     altitude_timeout: float = param(
-        2.0, unit="s", low=0.1, high=30.0, doc="An older altitude is unknown.", mav="ALT_TIMEOUT"
+        2.0, unit="s", low=0.1, high=30.0, doc="An altitude older than this is unknown.", mav="ALT_TIMEOUT"
     )
     propeller_timeout: float = param(
         1.0,

@@ -17,7 +17,9 @@ class ActuatorParams:
     tolerance: float = param(
         2.0, unit="deg", low=0.2, high=20.0, doc="A fin may be off the servo's model by so much.", mav="FIN_TOL"
     )
-    time: float = param(0.5, unit="s", low=0.1, high=10.0, doc="Farther off for so long: faulty.", mav="TIME")
+    time: float = param(
+        0.5, unit="s", low=0.1, high=10.0, doc="A fin farther off than tolerance for so long is faulty.", mav="TIME"
+    )
     latency: float = param(
         0.3, unit="s", low=0.0, high=2.0, doc="From a command to its report at most, with lost messages.", mav="LATENCY"
     )
@@ -38,7 +40,12 @@ class ActuatorParams:
         mav="RATE_MIN",
     )
     n_tolerance: float = param(
-        100.0, unit="rpm", low=5.0, high=1000.0, doc="As tolerance, for the propeller.", mav="N_TOL"
+        100.0,
+        unit="rpm",
+        low=5.0,
+        high=1000.0,
+        doc="The propeller may turn slower or faster than told by this.",
+        mav="N_TOL",
     )
     evidence: float = param(
         12.0,
