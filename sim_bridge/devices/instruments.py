@@ -122,7 +122,7 @@ class BatteryParams(Timing):
     charge: float = param(100.0, unit="%", low=0, high=100, doc="State of charge at the start.")
     voltage_full: float = param(50.4, unit="V", low=1, high=1000, doc="At rest, full.")
     voltage_empty: float = param(42.0, unit="V", low=1, high=1000, doc="At rest, empty.")
-    resistance_ohm: float = param(0.05, low=0, high=10, doc="Internal resistance, ohm.")
+    resistance: float = param(0.05, unit="ohm", low=0, high=10, doc="Internal resistance.")
     hotel: float = param(60.0, unit="W", low=0, high=1e5, doc="Everything but the propeller.")
     propeller: float = param(
         400.0, unit="W", low=0, high=1e5, doc="The propeller at `propeller_at`; with the cube of n."
@@ -171,7 +171,7 @@ class BatteryModel:
         power = p.hotel + p.propeller * abs(plant.n / p.propeller_at) ** 3
         current = power / at_rest
         self._energy = max(0.0, self._energy - power / p.rate)
-        return Battery(at_rest - current * p.resistance_ohm + error[0], current, remaining)
+        return Battery(at_rest - current * p.resistance + error[0], current, remaining)
 
 
 class Instruments:
