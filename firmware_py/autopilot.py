@@ -154,11 +154,11 @@ class Autopilot:
         estimator, actuator_watch, adoption, supervisor, guidance, control, gate = self.parts
         state = estimator.update(tick, frame, self.applied, actuator_watch.doubts, adoption.last)
         actuators = actuator_watch.update(tick, estimator.placed, self.applied, state, adoption.last)
-        told = actuators.left, order.arming in _TO_ARM
-        adopted = adoption.update(tick, frame, state, self.applied, *told, estimator.held)
+        arms = order.arming in _TO_ARM
+        adopted = adoption.update(tick, frame, state, self.applied, actuators.left, arms, estimator.held)
         left = self.abilities.of(adopted, actuators.left)
-        flown = guidance.finished, guidance.last, left
-        mode = supervisor.update(tick, estimator.believed, state, actuators, order, *flown)  # may only make it safer
+        finished, last = guidance.finished, guidance.last  # of the tick before
+        mode = supervisor.update(tick, estimator.believed, state, actuators, order, finished, last, left)
         state = estimator.flown_by(mode.mode, state)
         if frame.payload:
             state = replace(state, payload=frame.payload)
@@ -169,7 +169,7 @@ class Autopilot:
         self.applied = gate.limit(tick, mode, estimator.heard, fins, self.applied)  # last word; knows no law
         events = changed + adoption.events + supervisor.events + guidance.events + estimator.told() + control.told()
         return Cycle(
-            *(tick, frame, order, state, actuators, adopted, left, mode, reference, demand, fins, self.applied, events)
+            tick, frame, order, state, actuators, adopted, left, mode, reference, demand, fins, self.applied, events
         )
 
     def freeze(self) -> Memory:
