@@ -136,6 +136,24 @@ def test_a_vehicle_that_still_flies_its_mission_is_given_time(mission_until, giv
     assert judge.found.ending(DEPTH_MAX) is Ending.LOST
 
 
+@pytest.mark.parametrize(("up", "end", "how"), [(800.0, 800.0, Ending.UP), (1200.0, 1108.0, Ending.LOST)])
+def test_a_vehicle_that_is_coming_up_again_when_it_is_given_up_may_do_so(up, end, how):
+    """That is at 777.5 s, for it began to come up at 440 s; it has sunk since, and begins once more at 770 s."""
+    judge = Judge(SEA, ONSET, 5.3, 0.5, patience=450.0)
+    for t in map(float, range(0, 1200, 2)):
+        attempt = max((t0 for t0 in (100.0, 440.0, 770.0) if t >= t0), default=math.inf)
+        risen = t >= (up if attempt == 770.0 else attempt + 30.0)
+        mode, cause = (Mode.SURFACE, Cause.LEAK) if t >= attempt else (Mode.MISSION, Cause.ORDERED)
+        if risen and attempt != 770.0:
+            mode, cause = Mode.DISARMED, Cause.SURFACED
+        depth = 0.5 if risen and t < (9e9 if attempt == 770.0 else attempt + 32.0) else 1.5 + 0.005 * t
+        truth = SimpleNamespace(eta=Eta(0.0, 0.0, depth, 0.0, 0.0, 0.0), drop_weight=1335.0)
+        judge.see(cycle(t, depth, mode, cause), truth)
+        if judge.done:
+            break
+    assert (t, judge.found.ending(DEPTH_MAX)) == (end, how)
+
+
 def test_a_flight_that_touched_the_bottom_is_aground_whatever_else_it_did():
     found = seen(SAFE).found
     assert found.ending(DEPTH_MAX) is Ending.FLOWN

@@ -151,7 +151,8 @@ class Judge:
         patience: a vehicle that is not done by then is given up, s; one that still flies its mission, so long after it
             ended that. It may be slow: without DVL it does not learn, is cautious, and goes round once more for a
             waypoint that it has missed in depth. One that begins to come up before then, for the first time or again,
-            has three quarters of it from there.
+            has three quarters of it from there; and so has one that is coming up again when it is given up, until it is
+            at the surface.
     """
 
     def __init__(
@@ -234,7 +235,8 @@ class Judge:
         if t >= self._patience and self._mode is Mode.MISSION:
             self._given_up = t + self._patience
         if t >= self._given_up:
-            return True
+            tries = self._mode is Mode.SURFACE and t < self.found.t_surfacing + _CLIMBS * self._patience
+            return depth < SURFACE or not tries
         if t < since:
             return False
         if depth < SURFACE:
