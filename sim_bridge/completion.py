@@ -38,7 +38,7 @@ class Completion:
         self._t_up = math.inf
         self._mode = Mode.DISARMED
         self._armed = False
-        self._aborted = self._ended_by = ""
+        self._aborted = self._ended_by = self._brought_up = ""
         self._last_cycle: Cycle | None = None
         self._said = self._refused = ""
         self._last = ""
@@ -72,7 +72,9 @@ class Completion:
         if self.surfaced:
             told = ", the release of its drop weight commanded," if self._commanded else ""
             without = ", without its drop weight," if self._dropped else told
-            return f"surfaced safely{without} because of a rule: {self._aborted.partition(': ')[2] or self._aborted}"
+            first, why = _cause(self._aborted), _cause(self._brought_up or self._aborted)
+            before = "" if first == why else f"; before that: {first}"
+            return f"surfaced safely{without} because of a rule: {why}{before}"
         if self._aborted:
             later = "" if self._last in ("", self._aborted) else f", then {self._last}"
             under_way = "" if self._mode is Mode.DISARMED else f"; at the end {self._where_it_is}"
@@ -117,6 +119,8 @@ class Completion:
         self._armed = self._armed or mode is not Mode.DISARMED
         if cycle.mode.failsafe:
             self._abort("a rule ended the mission" if before is Mode.MISSION else f"a rule ended mode {before.name}")
+            if mode is Mode.SURFACE:
+                self._brought_up = self._last
         elif mode is Mode.DISARMED:
             self._up = self._came_up() and before is Mode.SURFACE
             if not self._up:
@@ -142,3 +146,8 @@ class Completion:
         self._last = self._said or "nobody said why"
         if not self._aborted:
             self._aborted, self._ended_by = self._last, by
+
+
+def _cause(sentence: str) -> str:
+    """Return why a mode was entered, of the sentence that tells of it."""
+    return sentence.partition(": ")[2] or sentence

@@ -43,7 +43,7 @@ class AscentParams:
         unit="s",
         low=0.5,
         high=60.0,
-        doc="Time for which it must roll more than roll; upside down counts at once.",
+        doc="Roll beyond the limit counts after so long; upside down at once.",
         mav="ROLL_T",
     )
     limit_margin: float = param(
@@ -54,7 +54,12 @@ class AscentParams:
         45.0, unit="s", low=5.0, high=300.0, doc="After so long without progress it releases the weight.", mav="CLIMB_T"
     )
     drop_time: float = param(
-        10.0, unit="s", low=1.0, high=600.0, doc="The same for a vehicle whose propeller does not turn.", mav="DROP_T"
+        10.0,
+        unit="s",
+        low=1.0,
+        high=600.0,
+        doc="Without propeller it releases the weight after so long without progress.",
+        mav="DROP_T",
     )
     drop_margin: float = param(
         3.0,
@@ -69,20 +74,30 @@ class AscentParams:
     )
     reverse_time: float = param(30.0, unit="s", low=1.0, high=120.0, doc="Propeller astern for no longer.", mav="REV_T")
     turn_time: float = param(
-        20.0, unit="s", low=5.0, high=120.0, doc="Without depth it goes up, and then level, so long each.", mav="TURN"
+        20.0,
+        unit="s",
+        low=5.0,
+        high=120.0,
+        doc="Without depth it climbs for so long, then goes level for so long, in turns.",
+        mav="TURN",
     )
     wait_time: float = param(
-        60.0, unit="s", low=5.0, high=300.0, doc="Near the surface for so long: slowly, and say so.", mav="WAIT_T"
+        60.0,
+        unit="s",
+        low=5.0,
+        high=300.0,
+        doc="After so long near the surface it goes on slowly, and says so.",
+        mav="WAIT_T",
     )
     tell_period: float = param(
-        30.0, unit="s", low=5.0, high=300.0, doc="That nothing tells of the surface is said so often.", mav="TELL"
+        30.0, unit="s", low=5.0, high=300.0, doc="How often it says that nothing tells of the surface.", mav="TELL"
     )
     up_time: float = param(
         120.0,
         unit="s",
         low=30.0,
         high=600.0,
-        doc="Not known to be up so long after a good climb from there would have been: release the weight.",
+        doc="So long after a good climb would have ended it releases the weight, if nothing tells that it is up.",
         mav="UP_T",
     )
     fix_time: float = param(

@@ -47,13 +47,9 @@ class SafetyParams:
         mav="LEAK_SIL_T",
     )
     leak_silent_action: Action = param(_WARN, doc="Action when the leak sensor is silent.", mav="LEAK_SIL_ACT")
-    battery_min: float = param(
-        10.0, unit="%", low=0.0, high=90.0, doc="Least charge of the battery under way.", mav="BATT_MIN"
-    )
+    battery_min: float = param(10.0, unit="%", low=0.0, high=90.0, doc="Least charge under way.", mav="BATT_MIN")
     battery_action: Action = param(_SURFACE, doc="Action below battery_min.", mav="BATT_ACT", **_NOT_HOLD)
-    battery_warn: float = param(
-        20.0, unit="%", low=0.0, high=100.0, doc="Charge below which battery_warn_action follows.", mav="BATT_WARN"
-    )
+    battery_warn: float = param(20.0, unit="%", low=0.0, high=100.0, doc="Charge to warn at.", mav="BATT_WARN")
     battery_warn_action: Action = param(_WARN, doc="Action below battery_warn.", mav="BATT_WARN_AC")
     battery_arm: float = param(
         20.0,
@@ -63,9 +59,7 @@ class SafetyParams:
         doc="Least charge at arming, and it must be known; 0 is off.",
         mav="BATT_ARM",
     )
-    battery_time: float = param(
-        5.0, unit="s", low=0.0, high=60.0, doc="A low charge counts after so long.", mav="BATT_TIME"
-    )
+    battery_time: float = param(5.0, unit="s", low=0.0, high=60.0, doc="Low charge counts after this.", mav="BATT_TIME")
     battery_silent_time: float = param(
         30.0,
         unit="s",
@@ -97,7 +91,7 @@ class SafetyParams:
         unit="s",
         low=0.0,
         high=300.0,
-        doc="Within so long reverse thrust stops it: over a bottom too steep to climb, the height so far ahead counts.",
+        doc="Reverse thrust stops it within so long; over a bottom too steep to climb the height then counts.",
         mav="STOP_TIME",
     )
     altitude_action: Action = param(_SURFACE, doc="Action under altitude_min.", mav="ALT_ACT", **_UP_ONLY)
@@ -108,7 +102,7 @@ class SafetyParams:
     )
     fence_action: Action = param(_SURFACE, doc="Action beyond the fence.", mav="FENCE_ACT", **_NOT_HOLD)
     pitch_max: float = param(45.0, unit="deg", low=20.0, high=90.0, doc="Greatest pitch, up or down.", mav="PITCH_MAX")
-    pitch_time: float = param(2.0, unit="s", low=0.1, high=60.0, doc="For so long.", mav="PITCH_TIME")
+    pitch_time: float = param(2.0, unit="s", low=0.1, high=60.0, doc="More pitch counts after this.", mav="PITCH_TIME")
     pitch_action: Action = param(_SURFACE, doc="Action beyond pitch_max.", mav="PITCH_ACT", **_UP_ONLY)
     roll_max: float = param(60.0, unit="deg", low=20.0, high=180.0, doc="Greatest roll.", mav="ROLL_MAX")
     roll_time: float = param(
@@ -123,14 +117,16 @@ class SafetyParams:
     depth_error_max: float = param(
         5.0, unit="m", low=0.5, high=1000.0, doc="Greatest distance from the depth that is flown.", mav="DERR_MAX"
     )
-    depth_error_time: float = param(20.0, unit="s", low=1.0, high=3600.0, doc="For so long.", mav="DERR_TIME")
+    depth_error_time: float = param(
+        20.0, unit="s", low=1.0, high=3600.0, doc="A depth error counts after this.", mav="DERR_TIME"
+    )
     depth_error_action: Action = param(_SURFACE, doc="Action when the depth is not held.", mav="DERR_ACT")
     leg_way: float = param(
         10.0,
         unit="m",
         low=0.1,
         high=1000.0,
-        doc="It must come nearer to the waypoint by this in leg_time.",
+        doc="Least way towards the waypoint, in the time of leg_time.",
         mav="LEG_WAY",
     )
     leg_time: float = param(
@@ -217,12 +213,8 @@ class SafetyParams:
         doc="Action when rudders are jammed or lost and the others cannot control the vehicle.",
         mav="RUDDER_ACT",
     )
-    propeller_action: Action = param(
-        _DROP, doc="Action when the propeller is jammed or lost.", mav="PROP_ACT", **_UP_ONLY
-    )
-    runaway_action: Action = param(
-        _SURFACE, doc="Action when the propeller drives faster than commanded.", mav="RUNAWAY_ACT"
-    )
+    propeller_action: Action = param(_DROP, doc="Action on a jammed or lost propeller.", mav="PROP_ACT", **_UP_ONLY)
+    runaway_action: Action = param(_SURFACE, doc="Action when the propeller turns faster than told.", mav="RUNAWAY_ACT")
     actuator_silent_action: Action = param(
         _WARN, doc="Action when a fin, the propeller or the hardpoint reports nothing valid.", mav="ACTR_SIL_ACT"
     )

@@ -85,8 +85,8 @@ KINDS: tuple[Kind, ...] = (
     Kind("late",      "SENSOR",    "s",    True,  "delivers so much later", 0.0, 60.0),
     Kind("lossy",     "SENSOR",    "%",    True,  "loses this share of its values", 0.0, 100.0),
     Kind("lossy",     "bus",       "%",    True,  "loses this share of its frames", 0.0, 100.0, on_hil=False),
-    Kind("babble",    "bus",       "Hz",   True,  "carries so many useless extra frames per second", 1.0, 20000.0,
-         on_hil=False),
+    Kind("babble",    "bus",       "Hz",   True,  "carries so many useless extra frames per second, of lowest priority",
+         1.0, 20000.0, on_hil=False),
     Kind("bias",      "CHANNEL",   _CHANNEL, True, "is off by this"),
     Kind("drift",     "CHANNEL",   _CHANNEL_RATE, True, "goes off at this rate"),
     Kind("set",       "CHANNEL",   _CHANNEL, True, "shows this"),
@@ -176,8 +176,9 @@ def help_text(aboard: bool = True) -> str:
     lines.append("  water in the hull is set:leak=100 (humidity), a battery that is nearly empty set:battery=5")
     if aboard:
         lines.append(
-            "  lost:station: the scenario's operator counts as a station; at T = 0 none was heard, and it strikes\n"
-            "  nothing; a mission goes on without one, unless safety.station.mission_action says otherwise"
+            "  lost:station: the scenario's operator counts as a station; at T = 0 none was heard: no rule\n"
+            "  tells of it, and no order reaches the vehicle; a mission goes on without one, unless\n"
+            "  safety.station.mission_action says otherwise"
         )
     units: dict[str, list[str]] = {}
     for name, channel in CHANNELS.items():

@@ -343,7 +343,7 @@ def everything(flown: Path) -> Summary:
     law = {"first_s": 1234.5, "adopted_s": 2345.6, "rms_moving_before": 12.345, "rms_moving_after": 10.123}
     one = {"error_before_pct": 400.0, "error_after_pct": -33.4}
     learned = {"M_ds": {"valid": True, "error_pct": -12.3, "error_sigmas": 2.3}}
-    fault = {"last": "weak", "stuck_deg": -22.5, "first_s": 83.1, "last_s": 1.0}
+    fault = {"last": "weak", "stuck_deg": -22.5, "first_s": 83.1, "last_s": 1.0, "faulty_s": 1.0}
     summary |= numbers | {
         "turning_rate_deg_s": 1.0,
         "lateness": {"median_us": 1.0, "p99_us": 2.0, "max_us": 3.0},

@@ -18,7 +18,7 @@ class ActuatorParams:
         2.0, unit="deg", low=0.2, high=20.0, doc="A fin may be off the servo's model by so much.", mav="FIN_TOL"
     )
     time: float = param(
-        0.5, unit="s", low=0.1, high=10.0, doc="A fin farther off than tolerance for so long is faulty.", mav="TIME"
+        0.5, unit="s", low=0.1, high=10.0, doc="A fin off its servo's model for so long is faulty.", mav="TIME"
     )
     latency: float = param(
         0.3, unit="s", low=0.0, high=2.0, doc="From a command to its report at most, with lost messages.", mav="LATENCY"
@@ -28,7 +28,7 @@ class ActuatorParams:
         unit="%",
         low=5.0,
         high=100.0,
-        doc="The slowest sound servo, of the rate that vehicle.toml permits; the propeller of safety.gate.n_rate.",
+        doc="Slower than this share of the rate in vehicle.toml a fin is slow (the propeller: of safety.gate.n_rate).",
         mav="RATE",
     )
     rate_needed: float = param(

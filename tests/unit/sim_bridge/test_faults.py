@@ -93,10 +93,10 @@ def test_every_kind_has_an_effect_and_stands_in_the_help():
     assert {parse_fault(one).kind.group for one in examples} == {kind.group for kind in KINDS}
     assert "(weight in %, the others in m, -50 to 50)" in text
     assert "one value of 20, by chance" in text
-    assert "at T = 0 none was heard, and it strikes nothing" in " ".join(text.split())
+    assert "at T = 0 none was heard: no rule tells of it, and no order reaches the vehicle" in " ".join(text.split())
     assert "duplicate:CHANNEL[=VALUE] " in text
     assert "jam:FIN[=VALUE] " in text
-    assert "so many useless extra frames per second (Hz" in text
+    assert "so many useless extra frames per second, of lowest priority (Hz" in text
     assert "[[environment.bottom]]" in text
     of_plant = help_text(aboard=False)
     for kind in KINDS:

@@ -161,6 +161,18 @@ def test_a_vehicle_that_a_rule_surfaces_has_not_completed_its_mission_and_the_ru
     assert ground.completion.reason == "surfaced safely because of a rule: depth comes to 7.00 m, limit 7 m"
 
 
+def test_the_rule_that_brought_it_up_is_named_before_one_that_only_turned_it_round():
+    ground = operator(completes="surfaced")
+    ground.write(cycle(mode=Mode.MISSION))
+    lost = changed(Mode.RETURN, Cause.STATION_LOST, 60.0)
+    ground.write(cycle(mode=Mode.RETURN, failsafe=True, events=(lost,)))
+    ground.write(cycle(mode=Mode.SURFACE, failsafe=True, events=(changed(Mode.SURFACE, Cause.LEAK),)))
+    ground.write(cycle(mode=Mode.DISARMED, events=(changed(Mode.DISARMED, Cause.SURFACED),)))
+    assert ground.completion.reason == (
+        "surfaced safely because of a rule: water in the hull; before that: no ground station heard for 60 s"
+    )
+
+
 def test_a_weight_that_it_cost_is_told():
     ground = operator(completes="surfaced")
     ground.write(cycle(mode=Mode.MISSION))

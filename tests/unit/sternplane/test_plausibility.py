@@ -73,7 +73,7 @@ def test_a_speed_that_the_planes_cannot_hold_is_refused_before_the_flight(tmp_pa
 def test_depths_beyond_the_limit_and_the_dvls_range_are_told_with_both_files(tmp_path: Path) -> None:
     early = 'faults = ["lost:station@0", "lost:station@5"]\n'
     assert doubts_of(tmp_path, early + SHALLOW.format(40.0)) == (
-        "fault lost:station@0: no station was heard before, so it strikes nothing",
+        "fault lost:station@0: no station was heard before: no rule tells of it, and no order comes through",
     )
     order, blind = doubts_of(tmp_path, SHALLOW.format(100.0) + ORDER.format(10.0) + ORDER.format(60.0))
     assert order == "mine.toml: orders[1]: depth_m = 60 is over safety.depth_max_m = 30: depth_max_action follows there"

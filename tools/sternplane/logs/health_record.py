@@ -237,8 +237,12 @@ def faults_text(one: Mapping[str, Any]) -> str:
 def actuator_text(one: Mapping[str, Any], end: float) -> str:
     """Return what was wrong with an actuator last, and when, from its entry in the document; `end` of the log, s."""
     where = "" if one["stuck_deg"] is None else f" at {one['stuck_deg']:z.1f}°"
-    until = f" to {one['last_s']:.1f} s" if one["last_s"] < end - _STEP else ""
-    return f"{actuator_fault_text(ActuatorFault[one['last'].upper()])}{where}, from {one['first_s']:.1f} s{until}"
+    ended = one["last_s"] < end - _STEP
+    until = f" to {one['last_s']:.1f} s" if ended else ""
+    span = (one["last_s"] if ended else end) - one["first_s"]
+    total = f", {one['faulty_s']:.1f} s in all" if one["faulty_s"] < span - _STEP else ""  # it was sound in between
+    fault = actuator_fault_text(ActuatorFault[one["last"].upper()])
+    return f"{fault}{where}, from {one['first_s']:.1f} s{until}{total}"
 
 
 def _sensor(line: Timeline) -> dict[str, Any]:

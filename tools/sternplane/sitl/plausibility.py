@@ -118,7 +118,7 @@ def doubtful_course(
             yield f"{where}: orders[{i}]: depth_m = {order.depth:g} is over {limit}: depth_max_action follows there"
     for fault in scenario.injected:
         if fault.target == "station" and fault.t == 0.0:
-            yield f"fault {fault.text}: no station was heard before, so it strikes nothing"
+            yield f"fault {fault.text}: no station was heard before: no rule tells of it, and no order comes through"
     reach = devices.dvl.range_max
     far = [(name, bottom, z) for name, bottom, z in _places(scenario, params.safety.depth_max) if bottom - z > reach]
     if far:
