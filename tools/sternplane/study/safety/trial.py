@@ -15,7 +15,7 @@ class Named(NamedTuple):
     Attributes:
         names: sensors and actuators, one of which must be said to be faulty; empty where only a rule can say it.
         within: s after the onset; None is any time before the flight ends.
-        kinds: faults that count (names of `SourceFault` and `ActuatorFault`); empty is every one.
+        kinds: faults that count (names of `SourceFault` and `ActuatorFault`); empty are those of `right_cause`.
         rules: causes of rules that count in place of a name.
         any_rule: whether the cause of any rule counts.
     """

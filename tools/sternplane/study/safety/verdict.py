@@ -11,6 +11,7 @@ from firmware_py.records.event import INTENDED_CAUSES, Cause
 from sternplane.study.rows import Row
 from sternplane.study.safety.campaign import TRIALS
 from sternplane.study.safety.judge import Ending
+from sternplane.study.safety.right_cause import right_kinds
 from sternplane.study.safety.soundness import accused, needless_end
 from sternplane.study.safety.trial import EARLY, Trial
 
@@ -81,7 +82,7 @@ def judge(flight: Mapping[str, Any]) -> Verdict:
         trial,
         Ending(flight["ending"]),
         trial.bound is not None and flight["onset"] in trial.bound.onsets,
-        _named(trial, found, onset),
+        _named(trial, flight["onset"], found),
         accused(trial, flight["onset"], found),
         needless_end(trial, found),
         any(t < begun - _TICK for t in _told(trial, found)) and bool(trial.faults),
@@ -94,14 +95,15 @@ def _told(trial: Trial, found: Mapping[str, Any]) -> list[float]:
     return [t for t, *_ in found["said"]] + [t for t, cause in found["rules"] if cause not in trial.before]
 
 
-def _named(trial: Trial, found: Mapping[str, Any], onset: float) -> float:
-    wanted = trial.named
+def _named(trial: Trial, number: int, found: Mapping[str, Any]) -> float:
+    wanted, onset = trial.named, trial.begins(number)
     if wanted is None:
         return math.inf
+    kinds = wanted.kinds or right_kinds(trial.at(number))
     times = [
         t
         for t, name, kind in found["said"]
-        if name in wanted.names and (not wanted.kinds or kind in wanted.kinds) and t >= onset - _TICK
+        if name in wanted.names and kind in kinds and t >= onset - _TICK
     ]
     times += [
         t
