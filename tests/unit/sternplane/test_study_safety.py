@@ -650,3 +650,18 @@ def test_a_warning_that_is_right_before_the_fault_is_no_alarm(title, alarm):
     verdict = judge(flown(title, SAFE, onset=2))
     found = {**verdict.flight["found"], "rules": [[60.5, "DEPTH_UNCHECKED"]]}
     assert judge({**verdict.flight, "found": found}).early is alarm
+
+
+def test_an_interrupted_campaign_leaves_the_page_of_what_was_flown(tmp_path, monkeypatch, capsys):
+    def some(wanted, store, *_):
+        store.add(flown("off:pressure", [SAFE[0], said(22.0, LOST, SourceFault.SILENT, "pressure"), SAFE[1]]))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(command, "fly_all", some)
+    out = str(tmp_path / "run")
+    options = parser().parse_args(["study", "safety", "--trial", "off:pressure", "--seeds", "1000:1001", "--out", out])
+    with pytest.raises(KeyboardInterrupt):
+        command.command(options)
+    assert "1 of 3 flights" in (tmp_path / "run" / "report.html").read_text()
+    assert (tmp_path / "run" / "results.json").exists()
+    assert "1 of 3 flights: the same --out goes on with the rest" in capsys.readouterr().out

@@ -44,17 +44,21 @@ def command(options: argparse.Namespace) -> int:
         refuse_values(settings, configs() / vehicle)
     folder = run_folder(options.out)
     refuse_other(folder, FILE, settings)
-    store = Store(folder)
+    store, interrupted = Store(folder), False
     try:
         fly_all(wanted, store, revision, PlainConsole(stderr=True), settings)
+    except KeyboardInterrupt:
+        interrupted = True  # whoever looks in the middle of a long campaign wants to see what is flown
     finally:
         store.close()
     flights = store.of(job.key for job in wanted)
+    if interrupted and not flights:
+        raise KeyboardInterrupt
     found = rows(flights)
     form = "short form" if options.short else "these trials" if options.trial else "full form"
     hours = sum(flight["found"]["t_end"] for flight in flights) / 3600.0, sum(f["cpu_s"] for f in flights) / 3600.0
     identity = (
-        f"seeds {seeds.start} to {seeds.stop - 1} · {form} · {len(flights)} flights · {hours[0]:.1f} h under water, "
+        f"seeds {seeds.start} to {seeds.stop - 1} · {form} · {_count(flights, wanted)} · {hours[0]:.1f} h under water, "
         f"flown in {hours[1]:.2f} h of one processor · revision {revision}"
     )
     leave_results(folder, settings, found)
@@ -62,7 +66,14 @@ def command(options: argparse.Namespace) -> int:
         write(folder / "report.html", page(flights, found, (identity, *told(settings)), _warnings(flights, revision)))
     _print(found)
     print_places(folder, options.no_report)
+    if interrupted:
+        PlainConsole().print(f"{_count(flights, wanted)}: the same --out goes on with the rest")
+        raise KeyboardInterrupt
     return 1 if any(row.ok is False for row in found) else 0
+
+
+def _count(flights: Sequence[Any], wanted: Sequence[Any]) -> str:
+    return f"{len(flights)} flights" if len(flights) == len(wanted) else f"{len(flights)} of {len(wanted)} flights"
 
 
 def _warnings(flights: Sequence[dict[str, Any]], revision: str) -> list[str]:

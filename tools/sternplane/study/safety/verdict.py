@@ -100,11 +100,7 @@ def _named(trial: Trial, number: int, found: Mapping[str, Any]) -> float:
     if wanted is None:
         return math.inf
     kinds = wanted.kinds or right_kinds(trial.at(number))
-    times = [
-        t
-        for t, name, kind in found["said"]
-        if name in wanted.names and kind in kinds and t >= onset - _TICK
-    ]
+    times = [t for t, name, kind in found["said"] if name in wanted.names and kind in kinds and t >= onset - _TICK]
     times += [
         t
         for t, cause in found["rules"]
