@@ -163,10 +163,9 @@ class Control:
         DISARMED: all zero; the memory is cleared. MANUAL: the sticks, limited; zero when they are too old.
         SURFACE: a pitch instead of a depth, and the propeller as the stage has it. Other modes: the laws. A state with
         a non-finite entry gives NaN fin angles, which the gate rejects, and leaves depth and heading memory as they
-        are. Below u_min, through the water, the laws' fin angles are scaled by u / u_min; at rest and astern they are
-        zero. Sticks, and the stern planes without attitude, are not scaled.
-        The excitation of a learning manoeuvre is part of the demand, so that the laws know of it and the gate limits
-        the sum.
+        are. Below u_min, through the water, the laws' fin angles are scaled by u / u_min, at rest and astern to zero;
+        sticks, and the stern planes without attitude, are not. The excitation of a learning manoeuvre is part of the
+        demand, so that the laws know of it and the gate limits the sum.
         """
         if mode.mode is Mode.DISARMED:
             self._reset()
