@@ -59,7 +59,9 @@ class SafetyParams:
         doc="Least charge at arming, and it must be known; 0 is off.",
         mav="BATT_ARM",
     )
-    battery_time: float = param(5.0, unit="s", low=0.0, high=60.0, doc="Low charge counts after this.", mav="BATT_TIME")
+    battery_time: float = param(
+        5.0, unit="s", low=0.0, high=60.0, doc="A low charge counts after so long.", mav="BATT_TIME"
+    )
     battery_silent_time: float = param(
         30.0,
         unit="s",
@@ -102,7 +104,9 @@ class SafetyParams:
     )
     fence_action: Action = param(_SURFACE, doc="Action beyond the fence.", mav="FENCE_ACT", **_NOT_HOLD)
     pitch_max: float = param(45.0, unit="deg", low=20.0, high=90.0, doc="Greatest pitch, up or down.", mav="PITCH_MAX")
-    pitch_time: float = param(2.0, unit="s", low=0.1, high=60.0, doc="More pitch counts after this.", mav="PITCH_TIME")
+    pitch_time: float = param(
+        2.0, unit="s", low=0.1, high=60.0, doc="More pitch than pitch_max counts after so long.", mav="PITCH_TIME"
+    )
     pitch_action: Action = param(_SURFACE, doc="Action beyond pitch_max.", mav="PITCH_ACT", **_UP_ONLY)
     roll_max: float = param(60.0, unit="deg", low=20.0, high=180.0, doc="Greatest roll.", mav="ROLL_MAX")
     roll_time: float = param(
@@ -118,7 +122,12 @@ class SafetyParams:
         5.0, unit="m", low=0.5, high=1000.0, doc="Greatest distance from the depth that is flown.", mav="DERR_MAX"
     )
     depth_error_time: float = param(
-        20.0, unit="s", low=1.0, high=3600.0, doc="A depth error counts after this.", mav="DERR_TIME"
+        20.0,
+        unit="s",
+        low=1.0,
+        high=3600.0,
+        doc="A depth off by depth_error_max counts after so long.",
+        mav="DERR_TIME",
     )
     depth_error_action: Action = param(_SURFACE, doc="Action when the depth is not held.", mav="DERR_ACT")
     leg_way: float = param(
@@ -151,9 +160,7 @@ class SafetyParams:
     surfacing_time: float = param(
         600.0, unit="s", low=30.0, high=36000.0, doc="Surfacing takes too long after this time.", mav="SURFG_TIME"
     )
-    surfacing_action: Action = param(
-        _WARN, doc="Action after each surfacing_time of surfacing.", mav="SURFG_ACT", **_UP_ONLY
-    )
+    surfacing_action: Action = param(_WARN, doc="Action after each surfacing_time.", mav="SURFG_ACT", **_UP_ONLY)
     sensor_time: float = param(
         2.0,
         unit="s",

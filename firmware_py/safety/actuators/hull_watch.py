@@ -221,10 +221,10 @@ class HullWatch:
             seen = Seen(t, u, cross, total / count, told, water)
             if not known:
                 self._hold(axis, seen, state)
-                return self._fault(axis) is not was
-            self._speeds[axis] = u
-            if self._weigh(axis, seen, state):
-                return True
+            else:
+                self._speeds[axis] = u
+                if self._weigh(axis, seen, state):
+                    return True
         else:
             self._pause(axis)
         return self._fault(axis) is not was
