@@ -68,6 +68,10 @@ _HOLDS = 300.0
 """For so long, s, that holds."""
 _GAP = 1.0
 """The filter's velocity is carried on to a ping for no longer, s."""
+_STRONGEST = 3.0
+"""By more than this, m/s, no current changes: a DVL that says so is wrong."""
+_CURRENT_OR_DVL = (SourceFault.CURRENT, SourceFault.DRIFT, SourceFault.STEP)
+"""What may be a current that is stronger, or came more suddenly, than was reckoned with."""
 
 
 @dataclass(slots=True)
@@ -218,16 +222,17 @@ class CurrentCheck:
             return SourceFault.NONE
         return _gone(went, since, self._carries, wrap(psi - m.psi_ahead))
 
-    def corrected(self, hull: HullVelocity | None) -> HullVelocity | None:
+    def corrected(self, hull: HullVelocity | None, fault: SourceFault) -> HullVelocity | None:
         """Return what the hull's model says with what the filter has shown that to be off by, and the doubt about it.
 
-        That is what a DVL that is suspect says that the current has changed by: it may be right.
+        That is what a DVL with this `fault` says that the current has changed by: it may be right.
         """
         m = self.memory
-        if hull is None or m.t - m.known > _HOLDS:
-            return hull
-        doubt = math.hypot(m.ahead, m.aside) if m.fault is SourceFault.CURRENT else 0.0
-        return hull._replace(u=hull.u + m.off_u, v=hull.v + m.off_v, doubt=doubt)
+        if hull is None:
+            return None
+        off = math.hypot(m.ahead, m.aside)
+        hull = hull._replace(doubt=off if fault in _CURRENT_OR_DVL and off <= _STRONGEST else 0.0)
+        return hull if m.t - m.known > _HOLDS else hull._replace(u=hull.u + m.off_u, v=hull.v + m.off_v)
 
     def _begin(self, t: float, through: tuple[float, float], heard: Heard[Dvl], c: float, s: float) -> None:
         """Take the current that a ping tells for the one that is known; how strong eddies are stays."""

@@ -76,7 +76,8 @@ class SensorIntegrity:
     @property
     def hull(self) -> HullVelocity | None:
         """Return what propeller and rudder do to the hull, and the current; None: no model holds now."""
-        return self._velocity.current.corrected(self.model.velocity) if self._params.enabled else None
+        fault = self._sources.dvl.memory.fault
+        return self._velocity.current.corrected(self.model.velocity, fault) if self._params.enabled else None
 
     @property
     def doubt(self) -> float:

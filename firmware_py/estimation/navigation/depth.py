@@ -128,9 +128,12 @@ def update(
     return DepthMemory(t_last, z, zero, zeroing, drift)
 
 
-def std(params: DepthParams, memory: DepthMemory, t: float) -> float:
-    """1 sigma of z at the time t, m; without pressure it grows, up to the sensor's range, which it is before any."""
+def std(params: DepthParams, memory: DepthMemory, t: float, z_dot_std: float = 0.0) -> float:
+    """1 sigma of z at the time t, m; without pressure it grows, up to the sensor's range, which it is before any.
+
+    What the vertical velocity is off by, `z_dot_std`, m/s, stays in the depth for the filter's time constant.
+    """
     if memory.t == -math.inf:
         return params.range
     lost = max(0.0, t - memory.t - params.timeout)
-    return min(math.hypot(params.std, params.lost_std * lost + memory.drift), params.range)
+    return min(math.hypot(params.std, z_dot_std * params.tau, params.lost_std * lost + memory.drift), params.range)

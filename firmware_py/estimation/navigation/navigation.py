@@ -161,7 +161,7 @@ class Navigation:
             eta=Eta(pos.x, pos.y, dep.z, phi, theta, psi),
             nu=Nu(vel.u, vel.v, vel.w, att.p, att.q, att.r),
             position_std=dead_reckoning.std(pos),
-            depth_std=depth.std(params.depth, dep, t),
+            depth_std=depth.std(params.depth, dep, t, z_dot_std),
             velocity_std=velocity_std,
             altitude=altitude.nearest(frame, t, params.altitude_timeout),
             attitude_ok=attitude_ok,

@@ -348,6 +348,19 @@ def test_without_attitude_it_says_so_and_stays_finite() -> None:
     assert column(answers, "psi")[-1] == column(answers, "psi")[valid + 60]
 
 
+def test_sigma_of_the_depth_covers_a_dive_at_a_pitch_that_nobody_knows() -> None:
+    dive = truth_of(lambda t: (0 * t, 0 * t - 0.3 * np.minimum(t / 10.0, 1.0), 0 * t, 1.5 + 0 * t, 0 * t, 0 * t), 30.0)
+
+    def lost(k: int, frame: SensorFrame) -> SensorFrame:
+        return frame if k < 200 else replace(frame, ahrs=replace(frame.ahrs, fresh=False))
+
+    answers = sail(dive, noise=QUIET, change=lost)
+    error = np.abs(off(answers, dive, "z"))
+    assert error[-1] > 0.1  # held at the pitch of before, depth lags behind the pressure
+    assert error[-1] < 3.0 * answers[-1].depth_std
+    assert answers[100].depth_std == pytest.approx(PARAMS.depth.std)
+
+
 # Surface, fixes and zeros
 
 

@@ -141,7 +141,7 @@ def test_the_hull_is_put_right_by_a_filter_that_was_never_lost_after_pings_that_
     """The bottom is out of reach for 20 s; the filter knows the speed through the water all the time."""
     check = CurrentCheck(WALK, VEHICLE)
     assert fly(110.0, heard=lambda t: not 10.0 < t < 30.0, check=check) == []
-    hull = check.corrected(HULL)
+    hull = check.corrected(HULL, SourceFault.NONE)
     assert hull is not None
     assert hull.u == pytest.approx(1.8, abs=0.005)
 
@@ -149,7 +149,7 @@ def test_the_hull_is_put_right_by_a_filter_that_was_never_lost_after_pings_that_
 def test_a_filter_that_was_lost_puts_no_hull_right_for_two_minutes() -> None:
     check = CurrentCheck(WALK, VEHICLE)
     fly(110.0, lost=lambda t: 10.0 < t < 30.0, filter_off=lambda t: 0.3 if t >= 30.0 else 0.0, check=check)
-    hull = check.corrected(HULL)
+    hull = check.corrected(HULL, SourceFault.NONE)
     assert hull is not None
     assert 1.75 < hull.u < 1.8
 
@@ -159,7 +159,7 @@ def test_what_a_filter_shows_after_two_minutes_takes_the_place_of_what_it_showed
     check = CurrentCheck(WALK, VEHICLE)
     slower = {"lost": lambda t: 10.0 < t < 30.0 or t > 160.0, "thrust": lambda t: 1.8 if t < 30.0 else 1.6}
     fly(160.0, filter_off=lambda t: 0.0 if t < 30.0 else -0.2, check=check, **slower)
-    hull = check.corrected(HULL)
+    hull = check.corrected(HULL, SourceFault.NONE)
     assert hull is not None
     assert hull.u == pytest.approx(1.6, abs=0.02)
 
@@ -193,3 +193,25 @@ def test_fins_at_their_stops_that_make_no_drag_are_no_current() -> None:
 def test_at_the_surface_water_may_stop_a_hull_at_once_and_not_push_it(step: float, fault: SourceFault | None) -> None:
     told = fly(120.0, lie=lambda t: step if t >= 95.0 else 0.0, lost=lambda t: t > 91.0, afloat=0.45)
     assert [what for _, what in told] == ([fault] if fault else [])
+
+
+@pytest.mark.parametrize(
+    ("lie", "water", "fault", "doubt"),
+    [
+        (0.0, -2.5, SourceFault.DRIFT, 2.5),  # faster than a current of 1 m/s more would slow the hull down
+        (0.0, 0.5, SourceFault.CURRENT, 0.5),
+        (-2.5, 0.0, SourceFault.STEP, 2.5),  # no water is so quick, but a front is
+        (4.0, 0.0, SourceFault.STEP, 0.0),  # this is none
+    ],
+)
+def test_what_a_dvl_that_may_be_right_says_of_the_current_is_doubted(
+    lie: float, water: float, fault: SourceFault, doubt: float
+) -> None:
+    check = CurrentCheck(WALK, VEHICLE)
+    told = fly(140.0, lie=lambda t: lie if t > 90.0 else 0.0, water=lambda t: water if t > 90.0 else 0.0, check=check)
+    assert [what for _, what in told] == [fault]
+    doubted, good = check.corrected(HULL, fault), check.corrected(HULL, SourceFault.NONE)
+    assert doubted is not None
+    assert doubted.doubt == pytest.approx(doubt, abs=0.1 if not water else 0.6 * doubt)  # drag takes the hull along
+    assert good is not None
+    assert good.doubt == 0.0
