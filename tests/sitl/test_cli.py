@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import signal
 import subprocess
@@ -241,6 +242,14 @@ def test_a_disk_that_is_full_by_a_fault_ends_the_log_and_not_the_flight(tmp_path
     assert summary["vehicle_time_s"] == pytest.approx(2.0)
     assert 0.6 <= summary["logged_s"] <= 1.2
     assert "of a part of the flight alone" in (tmp_path / "run" / "report.html").read_text()
+
+
+def test_a_bus_that_loses_frames_is_told_while_it_flies(tmp_path: Path, brief: Path) -> None:
+    sound = called("sitl", "--scenario", brief, "--out", "sound", "--no-report", cwd=tmp_path)
+    lossy = called("sitl", "--scenario", brief, "--out", "lossy", "--no-report", "--fault", "lossy:bus=30@0", cwd=tmp_path)
+    told = [line for line in lossy.stderr.splitlines() if re.fullmatch(r" +0\.99 s  .+ missed: \d+ in 1 s, .*", line)]
+    assert len(told) == 1, lossy.stderr
+    assert "missed" not in sound.stderr
 
 
 def test_faults_aboard_the_vehicle_are_refused_where_they_mean_nothing(tmp_path: Path, brief: Path) -> None:

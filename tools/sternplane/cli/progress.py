@@ -68,17 +68,18 @@ class Progress:
         self._cycles = 0
         self._tenth = 1
         self._hearing = SensorWatch()
+        self._t = 0.0
 
     def update(self, cycle: Cycle) -> None:
         """Show a cycle; to be called with every one, and nearly all calls only count."""
-        if cycle.events:
-            for text in texts(cycle.events):
-                self._say(f"{cycle.tick.t:9.2f} s  {text}")
+        self._t = cycle.tick.t
+        for text in texts(cycle.events) if cycle.events else ():
+            self.tell(text)
         self._cycles += 1
         if self._cycles % _LOOK:
             return
         for change in self._hearing.changes(cycle):
-            self._say(f"{cycle.tick.t:9.2f} s  {change}")
+            self.tell(change)
         if not self._terminal:
             if cycle.tick.t >= self._tenth * 0.1 * self._total_s:
                 self._say(self._line(cycle, _FORMS[0]))
@@ -86,6 +87,10 @@ class Progress:
         elif (now := time.monotonic()) - self._drawn >= _REDRAW_S:
             self._drawn = now
             self._live.update(self._bar(cycle, self._console.width), refresh=True)
+
+    def tell(self, sentence: str) -> None:
+        """Show a sentence with the time of the last cycle."""
+        self._say(f"{self._t:9.2f} s  {sentence}")
 
     def __enter__(self) -> Progress:
         with self._console.capture():  # what rich loads for its first line takes as long as a cycle may

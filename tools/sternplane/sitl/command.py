@@ -100,6 +100,11 @@ def _fly(options: argparse.Namespace, flight: Flight, stack: contextlib.ExitStac
                 passports.update(cycle)
                 log.update(cycle)
 
+            def tell(sentence: str) -> None:
+                progress.tell(sentence)
+                stations.ground.say(sentence)
+
+            stations.losses.tell = tell
             if virtual:
                 outcome = fly(flight, folder / LOG_FILE, watch, stations.merged_with, stations.losses)
             else:
