@@ -245,8 +245,9 @@ def test_a_disk_that_is_full_by_a_fault_ends_the_log_and_not_the_flight(tmp_path
 
 
 def test_a_bus_that_loses_frames_is_told_while_it_flies(tmp_path: Path, brief: Path) -> None:
-    sound = called("sitl", "--scenario", brief, "--out", "sound", "--no-report", cwd=tmp_path)
-    lossy = called("sitl", "--scenario", brief, "--out", "lossy", "--no-report", "--fault", "lossy:bus=30@0", cwd=tmp_path)
+    wanted = ("sitl", "--scenario", brief, "--no-report", "--out")
+    sound = called(*wanted, "sound", cwd=tmp_path)
+    lossy = called(*wanted, "lossy", "--fault", "lossy:bus=30@0", cwd=tmp_path)
     told = [line for line in lossy.stderr.splitlines() if re.fullmatch(r" +0\.99 s  .+ missed: \d+ in 1 s, .*", line)]
     assert len(told) == 1, lossy.stderr
     assert "missed" not in sound.stderr
