@@ -34,6 +34,7 @@ from firmware_py.run.options import io_file
 from firmware_py.run.resumed_state import resume_state
 from firmware_py.run.run_folders import flight_folder, numbered_folder, point_latest
 from firmware_py.run.service_manager import ServiceManager
+from firmware_py.run.session import Session
 from firmware_py.run.state_lock import alone_with
 from firmware_py.run.terminal import say
 from firmware_py.run.usage_error import UsageError
@@ -101,7 +102,7 @@ def _fly_alone(
         },
         options.state,
     )
-    params, fins = config_files.autopilot_params(configuration), config_files.vehicle(configuration).fins
+    fins = config_files.vehicle(configuration).fins
     if not address:
         with prefix_errors(str(io_file(options.config, options.io))):
             configuration |= shared_nodes(io, fins)
@@ -167,27 +168,14 @@ def _fly_alone(
         try:
             if address or pace == "bus":
                 say(f"waiting for the {'simulator' if address else 'plant'} on {address or spec}")
+            session = Session(ground, recorder, stop, say, losses)
             if address:
-                over_hil.run(autopilot, configuration, address, io, ground, recorder, stop, say, losses)
+                over_hil.run(autopilot, configuration, address, io, session)
             else:
                 table = kept_node_ids.load_node_ids(options.state)
                 node_ids = KeptNodeIds(table, partial(ground.save, kept_node_ids.FILE))
-                over_can.run(
-                    autopilot,
-                    params.rate,
-                    fins,
-                    io,
-                    spec,
-                    options.dvl,
-                    pace,
-                    ground,
-                    recorder,
-                    stop,
-                    say,
-                    losses,
-                    devices,
-                    node_ids=node_ids,
-                )
+                wiring = over_can.Wiring(io, spec, options.dvl, pace)
+                over_can.run(autopilot, configuration, wiring, session, devices, node_ids)
         except LockstepError as error:
             lost, reason = True, str(error)
             say(f"sternplane: {error}")

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
 from firmware_py import config_files, loop
 from firmware_py.adapters import linux_realtime
 from firmware_py.adapters.hil.hil_hardware import HilHardware, HilSchedule
 from firmware_py.adapters.hil.hil_link import Address, HilLink, connect
 from firmware_py.adapters.io_params import IoParams
-from firmware_py.adapters.loss_watch import LossWatch
 from firmware_py.autopilot import Autopilot
 from firmware_py.params import ParamError
-from firmware_py.ports import Ground, Recorder
+from firmware_py.run.session import Session
 from firmware_py.settings import Setting
 from firmware_py.tick import step_ns
 
@@ -46,24 +45,16 @@ def run(
     configuration: config_files.Configuration,
     address: Address,
     io: IoParams,
-    ground: Ground,
-    recorder: Recorder,
-    stop: Callable[[], bool],
-    say: Callable[[str], None],
-    losses: LossWatch,
+    session: Session,
 ) -> None:
-    """Fly in lockstep with the simulator until it ends, or `stop` says so.
+    """Fly in lockstep with the simulator until it ends, or the session says stop.
 
     Args:
         autopilot: built of `configuration`, fresh.
         configuration: with `OVER_HIL` in it.
         address: where the simulator listens.
         io: its real-time options are used.
-        ground: the source of orders.
-        recorder: writes the log.
-        stop: asked at every tick.
-        say: prints a line.
-        losses: is given the count of malformed bytes.
+        session: orders, log, and whom to tell.
 
     Raises:
         BusError: there is no such host.
@@ -71,16 +62,17 @@ def run(
     """
     params, vehicle = config_files.autopilot_params(configuration), config_files.vehicle(configuration)
     dt_ns = step_ns(params.rate)
-    stream = connect(address, PLANT_S, stop)
+    stream = connect(address, PLANT_S, session.stop)
     if stream is None:
         return
     link = HilLink(stream, params.mavlink.system, vehicle=True)
     with contextlib.closing(link), contextlib.ExitStack() as stack:
-        stack.callback(losses.add(lambda: {"hil_malformed": link.malformed}))
+        stack.callback(session.losses.add(lambda: {"hil_malformed": link.malformed}))
         hardware = HilHardware(link, [*(fin.delta_max for fin in vehicle.fins), vehicle.propeller.n_max])
         with linux_realtime.apply_while(io.realtime) as refusals:
             for refusal in refusals:
-                say(refusal)
-            loop.run(autopilot, hardware, ground, recorder, HilSchedule(hardware, link, dt_ns, stop))
+                session.say(refusal)
+            schedule = HilSchedule(hardware, link, dt_ns, session.stop)
+            loop.run(autopilot, hardware, session.ground, session.recorder, schedule)
         if link.malformed:
-            say(f"{link.malformed} bytes that came from {address} are no MAVLink")
+            session.say(f"{link.malformed} bytes that came from {address} are no MAVLink")

@@ -19,12 +19,12 @@ from sternplane.logs.reading import read
 from sternplane.logs.summary import summarise
 from sternplane.sitl.flight import CONFIG, FlightRequest, fly, prepare
 
-from firmware_py import config_files
 from firmware_py.adapters.loss_watch import LossWatch
 from firmware_py.adapters.storage.recorder import LogRecorder, LogWriter
 from firmware_py.records.event_text import texts
 from firmware_py.records.order import Mode
 from firmware_py.run import over_can
+from firmware_py.run.session import Session
 from firmware_py.wire.dronecan.message_table import ARRAY_COMMAND
 from firmware_py.wire.dronecan.transfer import Reassembler
 from sim_bridge.scripted_operator import ScriptedOperator
@@ -145,9 +145,9 @@ def test_a_mission_flies_over_vcan0_as_it_does_in_one_process_and_candump_sees_t
     with LogWriter(tmp_path / "log.mcap", flight.header()) as writer:
         operator, recorder = ScriptedOperator(flight.scenario), LogRecorder(writer)
         with dumped(COMMANDS, tmp_path / "dump"), plant(scenario, dvl):
-            vehicle, rate, io, stop = flight.autopilot, flight.rate, flight.io, lambda: False
-            fins = config_files.vehicle(flight.configuration).fins
-            over_can.run(vehicle, rate, fins, io, BUS, str(dvl), "bus", operator, recorder, stop, print, losses)
+            session = Session(operator, recorder, lambda: False, print, losses)
+            wiring = over_can.Wiring(flight.io, BUS, str(dvl), "bus")
+            over_can.run(flight.autopilot, flight.configuration, wiring, session)
         lost = losses.totals()
         writer.close({"losses": lost})
     assert fly(prepare(wish, {}), tmp_path / "virtual.mcap").completed

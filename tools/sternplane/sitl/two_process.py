@@ -11,7 +11,6 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from firmware_py import config_files
 from firmware_py.adapters.hil.hil_link import parse_hil_link
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.lockstep.lockstep_link import LockstepError
@@ -22,6 +21,7 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.run import over_can, over_hil
 from firmware_py.run.interrupt import interruptible
 from firmware_py.run.run_folders import LOG_FILE
+from firmware_py.run.session import Session
 from firmware_py.run.usage_error import UsageError
 from sim_bridge.faults.fault import parse_fault
 from sim_bridge.scripted_operator import ScriptedOperator
@@ -104,24 +104,13 @@ def fly_two_processes(
 
         ground, io = aboard.heard(command(operator)), flight.io
         try:
+            session = Session(ground, recorder, stop, say, losses)
             if address:
-                over_hil.run(flight.autopilot, flight.configuration, address, io, ground, recorder, stop, say, losses)
+                over_hil.run(flight.autopilot, flight.configuration, address, io, session)
             else:
-                over_can.run(
-                    flight.autopilot,
-                    flight.rate,
-                    config_files.vehicle(flight.configuration).fins,
-                    io,
-                    request.bus,
-                    _dvl(io, folder),
-                    "realtime" if realtime else "bus",
-                    ground,
-                    recorder,
-                    stop,
-                    say,
-                    losses,
-                    meet_plant=realtime,
-                )
+                pace = "realtime" if realtime else "bus"
+                wiring = over_can.Wiring(io, request.bus, _dvl(io, folder), pace, meet_plant=realtime)
+                over_can.run(flight.autopilot, flight.configuration, wiring, session)
             outcome = outcome_of(operator.completion, bool(interrupted))
         except LockstepError as error:
             outcome = Outcome(False, str(error))
