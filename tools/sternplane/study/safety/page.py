@@ -104,8 +104,8 @@ def _line(trial: Trial, those: Sequence[Verdict]) -> dict[str, Any]:
     times = [v.named for v in those if math.isfinite(v.named)]
     wanted = trial.named
     in_time = sum(v.in_time for v in those)
-    said = counted(f"{name} {words(kind)}" for f in found for name, kind in _first(f["said"]))
-    done = counted(word for f in found for word in _done(f))
+    said = counted(f"{name} {words(kind)}" for f in found for name, kind in sorted(_first(f["said"])))
+    done = counted(word for f in found for word in sorted(_done(f)))
     note = trial.bound.why if trial.bound else trial.note
     within = f" ({wanted.within:g})" if wanted and wanted.within is not None else ""
     return {
