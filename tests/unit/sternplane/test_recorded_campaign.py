@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
 from sternplane.study.safety.campaign import SEEDS, jobs
+from sternplane.study.safety.page import page
 from sternplane.study.safety.verdict import SHARE, WRONG, Verdict, judge, rows
 
 FLIGHTS = Path(__file__).parents[2] / "recorded" / "safety" / "flights.jsonl"
@@ -52,3 +54,11 @@ def test_a_complete_campaign_meets_every_target(flights):
     complete = {flight["key"] for flight in flights} >= set(JOBS)
     missed = [row for row in rows(flights) if row.ok is False]
     assert not (complete and missed), missed
+
+
+def test_the_matrix_has_a_width_for_each_column_and_together_that_of_the_page(flights):
+    html = page(flights, rows(flights), ["recorded"], [])
+    shares = [float(share) for share in re.findall(r'<col style="width: ([\d.]+)%">', html)]
+    cells = re.search(r'<tr id="off_ahrs">.*?</tr>', html, re.DOTALL)[0].count("<td")
+    assert len(shares) == cells
+    assert sum(shares) == pytest.approx(100.0)

@@ -359,7 +359,7 @@ def test_a_few_of_many_flights_may_do_something_without_cause_and_are_shown():
     for those, mood in ((few, "warn"), (few[:19], "bad")):
         html = page(those, rows(those), ["one"], [])
         assert f'<span class="chip {mood}" title="attitude lost (1)">⇡</span>' in html
-        assert f'<td class="outcome {mood}">⇡ 1</td>' in html
+        assert f'<td class="outcome first {mood}">⇡ 1</td>' in html
         assert ("ended without cause in 1 of 19 flights: attitude lost (1)" in html) == (mood == "bad")
 
 

@@ -42,6 +42,7 @@ def page(
     verdicts = [judge(flight) for flight in flights if flight["trial"]]
     unsafe = sum(v.unsafe for v in verdicts) + sum(Ending(f["ending"]).unsafe for f in flights if not f["trial"])
     missed, judged = sum(row.ok is False for row in rows), sum(row.ok is not None for row in rows)
+    deepest = max((v.flight["found"]["deepest"] for v in verdicts), default=math.nan)
     excused = sum(v.ending.unsafe and v.excused for v in verdicts)
     named = [v for v in verdicts if v.trial.named is not None]
     return render(
@@ -62,12 +63,12 @@ def page(
                 "": (
                     ("flights with faults", str(len(verdicts))),
                     ("unsafe", str(unsafe)),
-                    ("unsafe, beyond a bound of physics", str(excused)),
-                    ("named in time", f"{sum(v.in_time for v in named)} of {len(named)}"),
-                    ("something sound named", str(sum(bool(v.accused) for v in verdicts))),
-                    ("ended without cause", str(sum(bool(v.ended) for v in verdicts))),
-                    ("weight released", str(sum(v.flight["found"]["t_drop"] is not None for v in verdicts))),
-                    ("deepest", f"{max((v.flight['found']['deepest'] for v in verdicts), default=math.nan):.1f} m"),
+                    ("unsafe where physics forbids better", str(excused)),
+                    ("fault named in time", f"{sum(v.in_time for v in named)} of {len(named)}"),
+                    ("something sound called faulty", str(sum(bool(v.accused) for v in verdicts))),
+                    ("mission ended without cause", str(sum(bool(v.ended) for v in verdicts))),
+                    ("drop weight released", str(sum(v.flight["found"]["t_drop"] is not None for v in verdicts))),
+                    ("greatest depth", f"{deepest:.1f} m"),
                 )
             },
             sections=[
@@ -179,7 +180,7 @@ def _cell(column: Column, those: Sequence[Verdict]) -> dict[str, Any]:
         text = f"({len(ended)})" if excused else str(len(ended)) if ended else "·"
         parts.append({"text": text, "log": next((v.flight["log"] for v in ended if v.flight["log"]), "")})
     if all(part["text"] == "·" for part in parts):
-        return {"mood": "", "parts": [{"text": "", "log": ""}]}
+        return {"mood": "", "parts": []}
     return {"mood": column.mood if counted else "note", "parts": parts}
 
 
