@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 import re
+from collections import Counter
 from pathlib import Path
 
 import pytest
-from sternplane.study.safety.campaign import SEEDS, jobs
+from sternplane.study.safety.campaign import SEEDS, TRIALS, jobs
+from sternplane.study.safety.flight_list import cell_anchor
+from sternplane.study.safety.judge import Ending
 from sternplane.study.safety.page import page
 from sternplane.study.safety.verdict import SHARE, WRONG, Verdict, judge, rows
 
@@ -54,6 +57,18 @@ def test_a_complete_campaign_meets_every_target(flights):
     complete = {flight["key"] for flight in flights} >= set(JOBS)
     missed = [row for row in rows(flights) if row.ok is False]
     assert not (complete and missed), missed
+
+
+def test_the_page_of_the_recorded_campaign_has_each_flight_behind_a_number(flights):
+    html = page(flights, rows(flights), ["recorded"], [])
+    there = Counter(re.findall(r'id="([^"]+)"', html))
+    led_to = set(re.findall(r'href="#([^"]+)"', html))
+    assert set(there.values()) == {1}
+    assert led_to <= set(there)
+    for flight in flights:
+        if trial := TRIALS.get(flight["trial"]):
+            assert cell_anchor(trial, Ending(flight["ending"]), flight["onset"]) in led_to
+    assert html.count(" --seeds ") >= sum(bool(flight["trial"]) for flight in flights)
 
 
 def test_the_matrix_has_a_width_for_each_column_and_together_that_of_the_page(flights):

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from markupsafe import Markup
 from sternplane.cli import main
 from sternplane.cli.main import parser
 from sternplane.sitl.flight import FlightRequest, prepare
@@ -15,6 +17,7 @@ from sternplane.study.safety import campaign, command
 from sternplane.study.safety import flight as flight_module
 from sternplane.study.safety.campaign import LEFT_OUT, TRIALS, Job, jobs
 from sternplane.study.safety.flight import with_bar30, written
+from sternplane.study.safety.flight_list import again, short_revision
 from sternplane.study.safety.judge import Ending, Judge
 from sternplane.study.safety.mission import DEPTH_MAX, ONSETS
 from sternplane.study.safety.mission_trials import SINKING
@@ -200,12 +203,13 @@ def flown(title, steps, onset=0, seed=1000):
         "onset": onset,
         "seed": seed,
         "eddies": 0.0,
+        "learning": True,
         "revision": "r",
         "ending": found.ending(DEPTH_MAX).value,
         "log": "",
         "keep": False,
         "replay": "",
-        "outcome": "",
+        "outcome": "completed",
         "cpu_s": 10.0,
         "found": found.plain(),
     }
@@ -358,8 +362,8 @@ def test_a_few_of_many_flights_may_do_something_without_cause_and_are_shown():
     assert [row.ok for row in rows(few[:19]) if row.figure == figure] == [False]
     for those, mood in ((few, "warn"), (few[:19], "bad")):
         html = page(those, rows(those), ["one"], [])
-        assert f'<span class="chip {mood}" title="attitude lost (1)">⇡</span>' in html
-        assert f'<td class="outcome first {mood}">⇡ 1</td>' in html
+        assert f'<a class="chip {mood}" href="#off_dvl.ended" title="attitude lost (1)">⇡</a>' in html
+        assert f'<td class="outcome first {mood}"><a href="#off_dvl.ended">⇡ 1</a></td>' in html
         assert ("ended without cause in 1 of 19 flights: attitude lost (1)" in html) == (mood == "bad")
 
 
@@ -604,7 +608,13 @@ def test_flights_of_another_revision_are_named(tmp_path, few):
     assert "2 of 2 flights were made by another revision: r." in (tmp_path / "report.html").read_text()
 
 
-def test_what_is_not_as_it_should_be_stands_on_top_with_its_log_and_leads_to_its_line():
+def test_a_revision_is_named_by_its_first_digits_and_says_whether_it_was_changed():
+    assert short_revision("8cad8a3975bbba396c9bd805f3110716de200116-dirty") == "8cad8a39-dirty"
+    flight = flown("off:fix", SAFE) | {"revision": "8cad8a3975bbba396c9bd805f3110716de200116"}
+    assert "revision 8cad8a39: Completed" in opened(page([flight], rows([flight]), ["one"], []), "off_fix.flown.0")
+
+
+def test_what_is_not_as_it_should_be_stands_on_top_with_its_log_and_leads_to_its_flights():
     fine, deep = (
         flown("off:leak", SAFE),
         flown("off:fix", [SAFE[0], (50.0, 39.0, Mode.SURFACE, Cause.DEPTH_LIMIT, RULE)], 1),
@@ -612,12 +622,19 @@ def test_what_is_not_as_it_should_be_stands_on_top_with_its_log_and_leads_to_its
     deep["log"] = "logs/deep.mcap"
     html = page([fine, deep], rows([fine, deep]), ["one"], [])
     assert (
-        '<li><a href="#off_fix"><code>off:fix</code></a>: 1 unsafe at 9 m (52 s): too deep · '
+        '<li><a href="#off_fix.deep.1"><code>off:fix</code></a>: 1 unsafe at 9 m (52 s): too deep · '
         '<a href="logs/deep.mcap">log</a></li>'
     ) in html
-    assert '<a href="#off_leak"><code>off:leak</code></a>: named in time in 0 of 1 flights' in html
+    assert '<a href="#off_leak.unnamed"><code>off:leak</code></a>: named in time in 0 of 1 flights' in html
     assert html.count('<tr id="off_fix">') == html.count('<tr id="off_leak">') == 1
     assert "All is as it should be" not in html
+
+
+def test_an_alarm_before_the_fault_leads_to_its_flights():
+    early = flown("off:fix", [SAFE[0], said(10.0, LOST, SourceFault.DRIFT, "ahrs"), SAFE[1]])
+    html = page([early], rows([early]), ["one"], [])
+    assert '<a href="#off_fix.early"><code>off:fix</code></a>: an alarm before the fault in 1 of 1 flights' in html
+    assert opened(html, "off_fix.early").startswith("off:fix, an alarm before the fault: 1 of 1 flights")
 
 
 def test_a_range_of_one_number_is_one_number():
@@ -627,15 +644,85 @@ def test_a_range_of_one_number_is_one_number():
     assert "All is as it should be" in html
 
 
-def test_a_cell_links_to_a_log_and_shows_what_is_excused():
+def opened(html, anchor):
+    """Return the text of the flights that a link of the page opens."""
+    return " ".join(Markup(html.partition(f'id="{anchor}">')[2].partition("</tr>")[0]).striptags().split())
+
+
+def test_a_cell_opens_its_flights_and_shows_what_is_excused():
     title = "jam: both stern planes, 23 deg, no feedback"
     deep = flown(title, [SAFE[0], (50.0, 39.0, Mode.SURFACE, Cause.DEPTH_LIMIT, RULE)], 2)
     deep["log"] = "logs/jam.2.1000.mcap"
     html = page([deep], rows([deep]), ["one"], [])
-    assert '<a href="logs/jam.2.1000.mcap">(1)</a>' in html
-    assert 'title="25 m: too deep (1)">(▼)</span>' in html
+    anchor = f"{TRIALS[title].name}.deep.2"
+    assert f'<a href="#{anchor}">(1)</a>' in html
+    assert f'<a class="chip note" href="#{anchor}" title="25 m: too deep (1)">(▼)</a>' in html
+    assert '<a href="logs/jam.2.1000.mcap">log</a>' in html
+    assert f"Unsafe, and physics forbids better: {TRIALS[title].bound.why}." in opened(html, anchor)
     assert "5 m: not flown" in html
     assert "0 of 1 flights unsafe" in html
+
+
+def test_a_flight_that_is_not_as_it_should_be_says_what_is_wrong_and_what_happened():
+    late, lost, fine = (
+        flown("off:pressure", [SAFE[0], said(23.0, LOST, SourceFault.SILENT, "pressure"), SAFE[1]]),
+        flown("off:pressure", [SAFE[0], (50.0, 9.0, Mode.MISSION, Cause.ORDERED)], 1, 1001),
+        flown("off:pressure", [SAFE[0], said(21.0, LOST, SourceFault.SILENT, "pressure"), SAFE[1]], 0, 1002),
+    )
+    late["outcome"] = "surfaced safely"
+    html = page([late, lost, fine], rows([late, lost, fine]), ["one"], [])
+    unnamed = opened(html, "off_pressure.unnamed")
+    assert unnamed.startswith("off:pressure, not named in time: 2 of 3 flights")
+    assert (
+        "named 3 s after the fault, limit 1.1 s. Surfaced safely; in truth 5.0 m deep at most, at the surface"
+        in unnamed
+    )
+    assert "called faulty: pressure silent at 23 s." in unnamed
+    below = opened(html, "off_pressure.lost.1")
+    assert "seed 1001, off:pressure@52, still water, learning, revision r: unsafe, below, not told; not named." in below
+    assert "9.0 m deep at the end; called faulty: nothing." in below
+    assert "seed 1002" not in unnamed
+    assert "seed 1002, off:pressure@20, still water, learning, revision r: Completed; " in opened(
+        html, "off_pressure.flown.0"
+    )
+
+
+def test_a_flight_whose_depth_is_no_number_at_the_end_has_its_place_on_the_page():
+    flight = flown("off:fix", [SAFE[0], (50.0, math.nan, Mode.MISSION, Cause.ORDERED)])
+    html = page([flight], rows([flight]), ["one"], [])
+    assert "in truth 5.0 m deep at most, nan m deep at the end" in opened(html, "off_fix.lost.0")
+
+
+def test_something_sound_and_a_needless_end_are_told_of_the_flight():
+    wrong = [SAFE[0], said(30.0, JAMMED, ActuatorFault.WEAK, "rudder_upper"), LEFT, (*SAFE[1][:2], *LEFT[2:])]
+    flight = flown("off:dvl", wrong)
+    html = page([flight], rows([flight]), ["one"], [])
+    for anchor in ("off_dvl.accused", "off_dvl.ended"):
+        assert "≠ sound, but called faulty: rudder_upper weak" in opened(html, anchor)
+        assert "⇡ a rule ended the mission without cause: attitude lost." in opened(html, anchor)
+
+
+SET = "vehicle.M_q=-0.02", "autopilot.estimation.coefficients.turbulence=[0, 0.07]"
+
+
+@pytest.mark.parametrize("settings", [(), SET])
+def test_the_commands_of_a_flight_fly_it_and_read_its_log(settings):
+    for trial in TRIALS.values():
+        flight = flown(trial.title, SAFE, trial.onsets[-1], 1003)
+        study, log = (
+            parser().parse_args(shlex.split(line)[1:]) for line in again(judge(flight), settings).splitlines()
+        )
+        seeds = command.seeds_of(study.seeds, range(0))
+        wanted = {job.key: job for job in jobs(seeds, study.short, study.trial)}
+        assert wanted[flight["key"]].keep
+        assert len(wanted) == len(trial.onsets)
+        assert tuple(study.settings) == settings
+        assert Path(log.log) == study.out / "logs" / wanted[flight["key"]].file
+
+
+def test_the_page_of_a_campaign_with_settings_has_them_in_its_commands(tmp_path, few):
+    assert study(tmp_path, "1000:1001", "--set", SET[1]) == 0
+    assert f"--set '{SET[1]}' --out runs/off_fix.1000" in Markup((tmp_path / "report.html").read_text()).unescape()
 
 
 @pytest.mark.parametrize(("t", "alarm"), [(4.0, True), (6.0, False)])

@@ -1,4 +1,4 @@
-"""The columns of the matrix: how a flight may end, with the symbol and the colour of each."""
+"""The columns of the matrix: how a flight may end, with the symbol and the colour of each; the marks beside them."""
 
 from __future__ import annotations
 
@@ -46,3 +46,11 @@ COLUMNS = (
     Column(Ending.AGROUND, "⊥", "aground", "bad", "unsafe: it touched the bottom"),
     Column(Ending.NOT_FINITE, "∞", "not finite", "bad", "unsafe: a command was no number"),
 )
+COLUMN_OF = {column.ending: column for column in COLUMNS}
+ACCUSED, ENDED = "≠", "⇡"
+"""Marks of flights that name something sound, and of those that a rule ended without cause."""
+
+
+def words(cause: str) -> str:
+    """Return the name of a cause or fault as words."""
+    return cause.lower().replace("_", " ")

@@ -63,7 +63,8 @@ def command(options: argparse.Namespace) -> int:
     )
     leave_results(folder, settings, found)
     if not options.no_report:
-        write(folder / "report.html", page(flights, found, (identity, *told(settings)), _warnings(flights, revision)))
+        told_of, warnings = (identity, *told(settings)), _warnings(flights, revision)
+        write(folder / "report.html", page(flights, found, told_of, warnings, settings))
     _print(found)
     print_places(folder, options.no_report)
     if interrupted:

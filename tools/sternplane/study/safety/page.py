@@ -16,19 +16,19 @@ from sternplane.report.page import Cell, Page, Section, Table, environment, rend
 from sternplane.study.page import target_text
 from sternplane.study.rows import Row
 from sternplane.study.safety.campaign import GROUPS, LEFT_OUT
-from sternplane.study.safety.columns import COLUMNS, Column
+from sternplane.study.safety.columns import ACCUSED, COLUMNS, ENDED, Column, words
+from sternplane.study.safety.flight_list import (
+    NEEDLESS_END,
+    UNNAMED,
+    WRONGLY_NAMED,
+    blocks,
+    cell_anchor,
+    ended_so,
+    finding_anchor,
+)
 from sternplane.study.safety.judge import SURFACE, TOO_DEEP, Ending
 from sternplane.study.safety.mission import BOTTOM, DEPTH_MAX, ONSETS, PLACES
-from sternplane.study.safety.overview import (
-    ACCUSED,
-    ENDED,
-    accused_of,
-    counted,
-    mood_of_wrong,
-    named_enough,
-    overview,
-    words,
-)
+from sternplane.study.safety.overview import accused_of, counted, mood_of_wrong, named_enough, overview
 from sternplane.study.safety.trial import Trial
 from sternplane.study.safety.verdict import Verdict, by_trial, judge
 
@@ -36,9 +36,13 @@ _STATE = {True: "good", False: "bad", None: ""}
 
 
 def page(
-    flights: Sequence[Mapping[str, Any]], rows: Sequence[Row], identity: Sequence[str], warnings: Sequence[str]
+    flights: Sequence[Mapping[str, Any]],
+    rows: Sequence[Row],
+    identity: Sequence[str],
+    warnings: Sequence[str],
+    settings: Sequence[str] = (),
 ) -> str:
-    """Return the report as HTML."""
+    """Return the report as HTML; `settings` are what `--set` laid upon all flights."""
     verdicts = [judge(flight) for flight in flights if flight["trial"]]
     unsafe = sum(v.unsafe for v in verdicts) + sum(Ending(f["ending"]).unsafe for f in flights if not f["trial"])
     missed, judged = sum(row.ok is False for row in rows), sum(row.ok is not None for row in rows)
@@ -73,7 +77,7 @@ def page(
             },
             sections=[
                 Section("At a glance", text=overview(verdicts), wide=True, anchor="overview"),
-                Section("Faults and outcomes", text=_matrix(verdicts), wide=True, anchor="matrix"),
+                Section("Faults and outcomes", text=_matrix(verdicts, settings), wide=True, anchor="matrix"),
                 Section("Targets", tables=(_targets(rows),), wide=True, anchor="targets"),
                 Section(
                     "Kinds of faults that are not flown", tables=(Table([*map(list, LEFT_OUT.items())]),), wide=True
@@ -83,12 +87,12 @@ def page(
     )
 
 
-def _matrix(verdicts: Sequence[Verdict]) -> Markup:
+def _matrix(verdicts: Sequence[Verdict], settings: Sequence[str]) -> Markup:
     found = by_trial(verdicts)
     groups = [
         {
             "title": group.title,
-            "lines": [_line(trial, found[trial.title]) for trial in group.trials if trial.title in found],
+            "lines": [_line(trial, found[trial.title], settings) for trial in group.trials if trial.title in found],
         }
         for group in GROUPS
     ]
@@ -98,7 +102,7 @@ def _matrix(verdicts: Sequence[Verdict]) -> Markup:
     )
 
 
-def _line(trial: Trial, those: Sequence[Verdict]) -> dict[str, Any]:
+def _line(trial: Trial, those: Sequence[Verdict], settings: Sequence[str]) -> dict[str, Any]:
     found = [v.flight["found"] for v in those]
     deepest = max(f["deepest"] for f in found)
     up = [v.climb for v in those if math.isfinite(v.climb)]
@@ -119,6 +123,7 @@ def _line(trial: Trial, those: Sequence[Verdict]) -> dict[str, Any]:
         "pitch": f"{max(f['pitch'] for f in found):.0f}",
         "climb": _range(up, ".0f") if up else "never",
         "named": f"{in_time}/{len(those)}" if wanted else "–",
+        "unnamed": finding_anchor(trial, UNNAMED) if in_time < len(those) else "",
         "named_mood": {None: "note", True: "good", False: "bad"}[named_enough(those)],
         "after": (f"{_range(times, '.3g')}{within}" if times else f"never{within}") if wanted else "",
         "wrong": _wrong(those),
@@ -140,18 +145,19 @@ def _line(trial: Trial, those: Sequence[Verdict]) -> dict[str, Any]:
             )
             if text
         ],
+        "blocks": blocks(those, settings),
     }
 
 
 def _wrong(those: Sequence[Verdict]) -> dict[str, Any]:
-    """Count the flights that name something sound and those that end without cause, each with a log."""
-    marked = ((ACCUSED, [v for v in those if v.accused]), (ENDED, [v for v in those if v.ended]))
-    moods = {mood_of_wrong(len(found), those) for _, found in marked}
-    parts = [
-        {"text": f"{symbol} {len(found)}", "log": next((v.flight["log"] for v in found if v.flight["log"]), "")}
-        for symbol, found in marked
-        if found
-    ]
+    """Count the flights that name something sound and those that end without cause."""
+    moods: set[str] = set()
+    parts: list[dict[str, str]] = []
+    for symbol, finding in ((ACCUSED, WRONGLY_NAMED), (ENDED, NEEDLESS_END)):
+        count = sum(map(finding.of, those))
+        moods.add(mood_of_wrong(count, those))
+        if count:
+            parts.append({"text": f"{symbol} {count}", "opens": finding_anchor(those[0].trial, finding)})
     return {"mood": "bad" if "bad" in moods else "warn" if parts else "", "parts": parts}
 
 
@@ -171,15 +177,16 @@ def _labelled(label: str, text: str) -> str:
 
 
 def _cell(column: Column, those: Sequence[Verdict]) -> dict[str, Any]:
-    """Count the flights that ended so by onset, each with a log."""
+    """Count the flights that ended so by onset; a number opens the list of them."""
     parts, counted = [], 0
     for onset in range(len(ONSETS)):
-        ended = [v for v in those if v.flight["onset"] == onset and v.ending is column.ending]
+        ended = ended_so(those, column.ending, onset)
         excused = bool(ended) and column.ending.unsafe and all(v.excused for v in ended)
         counted += len(ended) * (not excused)
         text = f"({len(ended)})" if excused else str(len(ended)) if ended else "·"
-        parts.append({"text": text, "log": next((v.flight["log"] for v in ended if v.flight["log"]), "")})
-    if all(part["text"] == "·" for part in parts):
+        opens = cell_anchor(those[0].trial, column.ending, onset) if ended else ""
+        parts.append({"text": text, "opens": opens})
+    if not any(part["opens"] for part in parts):
         return {"mood": "", "parts": []}
     return {"mood": column.mood if counted else "note", "parts": parts}
 
