@@ -18,6 +18,7 @@ from sternplane.study.command import JUDGED_FROM, leave_results, print_missed, p
 from sternplane.study.rows import Row
 from sternplane.study.safety.campaign import SEEDS, TRIALS, jobs
 from sternplane.study.safety.flight import vehicle_of
+from sternplane.study.safety.flight_list import short_revision
 from sternplane.study.safety.page import page
 from sternplane.study.safety.pool import fly_all
 from sternplane.study.safety.store import FILE, Store
@@ -83,7 +84,8 @@ def _warnings(flights: Sequence[dict[str, Any]], revision: str) -> list[str]:
     if not others:
         return []
     count = sum(flight["revision"] in others for flight in flights)
-    return [f"{count} of {len(flights)} flights were made by another revision: {', '.join(sorted(others))}."]
+    named = ", ".join(sorted(map(short_revision, others)))
+    return [f"{count} of {len(flights)} flights were made by another revision: {named}."]
 
 
 def _print(found: Sequence[Row]) -> None:
