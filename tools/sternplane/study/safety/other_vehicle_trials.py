@@ -65,7 +65,7 @@ X_TAIL = Group(
         _x_tail(
             "lost:upper_port",
             "lost:upper_port@{t}",
-            named=Named(("upper_port",), None, ("LOST", "WEAK")),
+            named=Named(("upper_port",)),
             note="by how it couples both planes, as soon as the fins are used; the three others steer",
         ),
         _x_tail(

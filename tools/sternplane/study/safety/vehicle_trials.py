@@ -6,7 +6,9 @@ from sternplane.study.safety.struck import FINS, ON_BUS, RUDDERS, STERNS
 from sternplane.study.safety.trial import Allowed, Bound, Group, Named, Trial
 
 _JAMS = ("JAMMED", "HARD_OVER")
+"""A jam at the end of its travel is called hard-over as well."""
 _SLOWED = ("SLOW", "LAGGING", "JAMMED")
+"""A fin that hardly turns stands, for all that a command of a second can show."""
 _FEEDBACK = 1.0
 """A servo that reports its angle is found out within this, s."""
 _CONSEQUENCE = 15.0
@@ -127,10 +129,10 @@ ACTUATORS = Group(
             "loose:stern_port=5", ("loose:stern_port=5@{t}",), note="the servo reports its own angle", allowed=_ALIKE
         ),
         Trial("loose: all fins, 5 deg", _both(FINS, "loose", "=5"), note="the servos report their own angles"),
-        Trial("silent:stern_port", ("silent:stern_port@{t}",), Named(("stern_port",), _SILENT, ("SILENT",))),
-        Trial("silent:servo_hub", ("silent:servo_hub@{t}",), Named(FINS, _SILENT, ("SILENT",))),
+        Trial("silent:stern_port", ("silent:stern_port@{t}",), Named(("stern_port",), _SILENT)),
+        Trial("silent:servo_hub", ("silent:servo_hub@{t}",), Named(FINS, _SILENT)),
         Trial("off:servo_hub", ("off:servo_hub@{t}",), Named(FINS, _SILENT), ends=_NO_STEERING),
-        Trial("silent:esc", ("silent:esc@{t}",), Named(("propeller",), _SILENT, ("SILENT",))),
+        Trial("silent:esc", ("silent:esc@{t}",), Named(("propeller",), _SILENT)),
         Trial("off:esc", ("off:esc@{t}",), Named(("propeller",), _SILENT), ends=_NO_THRUST, short=True),
         Trial("lost:propeller", ("lost:propeller@{t}",), Named(("propeller",)), ends=_NO_THRUST, short=True),
         Trial(
