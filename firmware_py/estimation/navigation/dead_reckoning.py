@@ -54,8 +54,9 @@ _CARRIED = math.radians(5.0)
 """1 sigma of a heading that gyros carry, rad: their bias over ten minutes, and what was off when it was noticed."""
 OUTLIER_SIGMAS = 5.0
 """A fix so many sigmas away is not explained by chance."""
-_AVERAGED = 5
-"""Over so many fixes is averaged by how much a second they move the position: noise cancels, a wrong velocity stays."""
+_AVERAGED, _CHANCE = 15, 3.0
+"""Over so many fixes is averaged what they leave the position by: noise cancels, a wrong velocity stays. So many sigmas
+of that are no chance: the position is off by as much."""
 _RUN = 10.0
 """Fixes further apart than this, s, are no run: what moved the vehicle in between is another thing."""
 _CARRIED_SPEED = 3.0
@@ -80,10 +81,11 @@ class PositionMemory(NamedTuple):
     """North and east (m), the two kinds of error, and the time of validity of the last fix.
 
     `refused` is how many fixes in a row contradicted the position and agreed with each other; the last one was `off_x`
-    north and `off_y` east of it, m. `jump` is by how much such fixes put the position right in this tick, m. Fixes move
-    it by `pull_x` and `pull_y` a second, on the average of some, m/s; `astray` is what chance does not explain of that:
-    by so much the velocity is off, and `pinged` whether pings told it. `doubt` is what the position may be off by
-    beside, m: fixes or DVL are wrong, and nothing tells which. `moved` is by what the last fixes have moved it.
+    north and `off_y` east of it, m. `jump` is by how much such fixes put the position right in this tick, m. Fixes
+    leave it by `left_x` and `left_y`, m, on the average of some. Where chance does not explain that, they move it by
+    `astray` a second, m/s: by so much the velocity is off, and `pinged` whether pings told it. `doubt` is what the
+    position may be off by beside, m: fixes or DVL are wrong, and nothing tells which. `moved` is by what the last fixes
+    have moved it.
     """
 
     x: float
@@ -95,8 +97,8 @@ class PositionMemory(NamedTuple):
     off_x: float = 0.0
     off_y: float = 0.0
     jump: float = 0.0
-    pull_x: float = 0.0
-    pull_y: float = 0.0
+    left_x: float = 0.0
+    left_y: float = 0.0
     astray: float = 0.0
     pinged: bool = True
     doubt: float = 0.0
@@ -130,7 +132,7 @@ def go_by_pings(memory: PositionMemory) -> PositionMemory:
 
     What pings were off by, by a wrong heading for one, is kept while they are silent and when they come back.
     """
-    return memory if memory.pinged else memory._replace(pull_x=0.0, pull_y=0.0, astray=0.0, pinged=True)
+    return memory if memory.pinged else memory._replace(left_x=0.0, left_y=0.0, astray=0.0, pinged=True)
 
 
 def take_fix(
@@ -147,8 +149,8 @@ def take_fix(
     `pinged` is whether pings tell that velocity.
 
     A fix more than OUTLIER_SIGMAS away is refused. `fix_resets` of them in a row that agree with each other, or the
-    first of a run, show that the vehicle was carried, or the estimate wrong: that fix is the position then. Fixes that
-    go on moving the position to one side show that the velocity is off.
+    first of a run, show that the vehicle was carried, or the estimate wrong: that fix is the position then. What fixes
+    leave the position by on the average, beyond chance, it is off by, and the velocity by what they move it then.
     """
     if not is_fresh(heard, memory.t_fix, t):
         return memory
@@ -171,9 +173,19 @@ def take_fix(
             return memory._replace(t_fix=heard.t_valid, refused=refused, off_x=dx, off_y=dy)
     if beyond:
         variance, jump = off, math.sqrt(off)
+    interval = heard.t_valid - memory.t_fix
+    left_x, left_y, astray = memory.left_x, memory.left_y, memory.astray * (1.0 - 1.0 / _AVERAGED)
+    if beyond or interval > _RUN or pinged is not memory.pinged:  # it is put right, or of another velocity
+        left_x = left_y = astray = 0.0
+    if not beyond:
+        left_x, left_y = left_x + (dx - left_x) / _AVERAGED, left_y + (dy - left_y) / _AVERAGED
+    left = left_x * left_x + left_y * left_y
+    surprises = left > _CHANCE**2 * (variance + 2.0 * std**2) / (2 * _AVERAGED - 1)
+    if surprises:
+        variance = max(variance, left)
     gain = variance / (variance + 2.0 * std**2)
-    run = memory if pinged is memory.pinged else memory._replace(pull_x=0.0, pull_y=0.0)  # of another velocity
-    pull_x, pull_y, astray = _pull(run, heard.t_valid, 0.0 if beyond else gain, dx, dy, variance)
+    if surprises:
+        astray = gain * math.sqrt(left) / interval
     return PositionMemory(
         memory.x + gain * dx,
         memory.y + gain * dy,
@@ -181,8 +193,8 @@ def take_fix(
         0.0,
         heard.t_valid,
         jump=jump,
-        pull_x=pull_x,
-        pull_y=pull_y,
+        left_x=left_x,
+        left_y=left_y,
         astray=astray,
         pinged=pinged,
         doubt=memory.doubt,
@@ -198,7 +210,7 @@ def take_back(params: PositionParams, memory: PositionMemory, since: float) -> P
     last, then = moved[-1], next((before for before in reversed(moved) if before.t <= since), moved[0])
     x, y = last.x - then.x, last.y - then.y
     walk = memory.walk + _ONSET**2 * (x * x + y * y) + 4.0 * params.fix_bias_std**2
-    return memory._replace(x=memory.x - x, y=memory.y - y, walk=walk, pull_x=0.0, pull_y=0.0, astray=0.0, moved=())
+    return memory._replace(x=memory.x - x, y=memory.y - y, walk=walk, left_x=0.0, left_y=0.0, astray=0.0, moved=())
 
 
 def _moved(moved: tuple[Moved, ...], t: float, dx: float, dy: float) -> tuple[Moved, ...]:
@@ -207,19 +219,6 @@ def _moved(moved: tuple[Moved, ...], t: float, dx: float, dy: float) -> tuple[Mo
     now = Moved(t, last.x + dx, last.y + dy)
     kept = moved[:-1] if len(moved) > 1 and last.t - moved[-2].t < _KEPT_APART else moved
     return (*kept[1 - _KEPT :], now)
-
-
-def _pull(
-    memory: PositionMemory, t: float, gain: float, dx: float, dy: float, variance: float
-) -> tuple[float, float, float]:
-    """Return pull_x, pull_y and astray after a fix at t, dx and dy off, that was taken in by `gain`."""
-    interval = t - memory.t_fix
-    if interval > _RUN:
-        return 0.0, 0.0, 0.0
-    pull_x = memory.pull_x + (gain * dx / interval - memory.pull_x) / _AVERAGED
-    pull_y = memory.pull_y + (gain * dy / interval - memory.pull_y) / _AVERAGED
-    by_chance = gain * variance / interval**2  # three sigmas of the average
-    return pull_x, pull_y, math.sqrt(max(0.0, pull_x**2 + pull_y**2 - by_chance))
 
 
 def std(memory: PositionMemory) -> float:
