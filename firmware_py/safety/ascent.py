@@ -151,7 +151,8 @@ class Ascent:
     def _observe(self, m: AscentMemory, v: AscentView) -> AscentMemory:
         """Bring depth, progress and the clocks of pitch and roll up to date."""
         p, dt = self._params, v.dt
-        goal = p.level_pitch if m.stage in (LEVEL, WAITING) or m.t_near == m.t_near else p.pitch
+        level = m.stage in (LEVEL, WAITING) or (m.t_near == m.t_near and not self.witness.is_held_down(m, v))
+        goal = p.level_pitch if level else p.pitch
         pitch = clip(goal, m.pitch - p.pitch_rate * dt, m.pitch + p.pitch_rate * dt)
         z_dot = m.z_dot + dt / (_TAU + dt) * ((v.z - m.z) / dt - m.z_dot) if v.depth_ok else v.z_dot
         ends_dive = pitch < 0.0 if v.attitude_ok else v.t - m.begun < _ENTRY
@@ -246,7 +247,7 @@ class Ascent:
         if not v.attitude_ok:
             return None if stage is BLIND else Step(BLIND, False, Cause.NONE)
         if v.depth_ok or near:
-            wanted = LEVEL if near else POWERED
+            wanted = LEVEL if near and not self.witness.is_held_down(m, v) else POWERED
         elif v.t - m.since > p.turn_time:  # the surface is somewhere here: by turns up to it, and level to be heard
             below = v.z > p.level_depth and v.t - m.begun < self.witness.climb_time(m)
             wanted = POWERED if stage is LEVEL or below else LEVEL

@@ -16,7 +16,8 @@ _MARGIN = 1.5
 """A climb may take so many times what the desired pitch and speed make of it."""
 _WAITS = 2.0
 """Near the surface and not told for so many times `wait_time`: the weight goes."""
-
+_HELD_DOWN = 10.0
+"""Where nothing is gained for so long, s, water flows down as fast as the vehicle climbs by `level_pitch`."""
 _DIPS = 10.0
 """What lies at the surface dips under it for no longer than this, s."""
 
@@ -64,6 +65,10 @@ class SurfaceWitness:
         """Return whether, without a good pressure, both altitude and the depth by dead reckoning tell of the deep."""
         reckoned = v.attitude_ok and v.speed_ok and v.z > self._submerged
         return reckoned and math.isfinite(v.altitude) and not self._risen(m, v.altitude)
+
+    def is_held_down(self, m: AscentMemory, v: AscentView) -> bool:
+        """Return whether a vehicle near the surface gains nothing, and may pitch up: its bow is in the water."""
+        return v.depth_ok and v.z > self._submerged and v.t - m.t_best > _HELD_DOWN
 
     def climb_time(self, m: AscentMemory) -> float:
         """Return what a climb takes at most, s; a depth beyond the limit is one that ran away."""

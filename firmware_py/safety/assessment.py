@@ -122,6 +122,7 @@ def conditions(
         station_silence=t - order.t_station if order.t_station > -math.inf else math.nan,
         sticks_silence=t - order.t_sticks,
         watched=watched,
+        brought_up=was.brought_up,
         done_with=was.mode is Mode.DISARMED and was.cause is not Cause.NONE and not watched,
         sunk_by=was.altitude_up - state.altitude,
         left=left,

@@ -96,6 +96,8 @@ class Conditions(NamedTuple):
     """The drop weight is released, in this run or in an earlier one, and no hardpoint says that it holds one."""
     watched: bool = False
     """It surfaced and disarmed itself, and nobody has armed or disarmed it since."""
+    brought_up: bool = False
+    """A failure brought it up when it surfaced last."""
     done_with: bool = False
     """It is disarmed, was armed in this run, and is not watched."""
     sunk_by: float = math.nan

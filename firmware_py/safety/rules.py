@@ -253,7 +253,8 @@ RULES: tuple[Rule, ...] = (
     _station_lost(Mode.MISSION, "mission_time", "mission_action"),
     # What brings up a vehicle that is disarmed.
     Rule(Cause.SUNK,             _sunk, "sunk_time", "sunk_action",
-         lambda c, _: (_depth(c),), at_arming=False, while_disarmed=True),
+         lambda c, _: (_depth(c),), at_arming=False, while_disarmed=True,
+         drops=lambda c: c.leak or c.brought_up),  # a sound one has the power to come up once more
     Rule(Cause.RESTARTED,        _restarted, "restart_time", "restart_action",
          lambda c, _: (_depth(c), float(c.start.kept.mode), c.start.kept.ago), at_arming=False, while_disarmed=True),
     Rule(Cause.STARTED_UNDER_WATER, _begun_under_water, "restart_time", "start_action",

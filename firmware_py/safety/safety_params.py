@@ -270,7 +270,7 @@ class SafetyParams:
         doc="It sank again if it is under water for so long after it surfaced and disarmed itself.",
         mav="SUNK_TIME",
     )
-    sunk_action: Action = param(_DROP, doc="Action when it sank again.", mav="SUNK_ACT", **_UP_ONLY)
+    sunk_action: Action = param(_DROP, doc="Action when it sank; a sound one drops later.", mav="SUNK_ACT", **_UP_ONLY)
     fix_timeout: float = param(
         2.0, unit="s", low=0.2, high=60.0, doc="An older position fix does not tell of the surface.", mav="FIX_TIMEOUT"
     )

@@ -125,12 +125,13 @@ class Supervisor:
         mode = decision.mode
         self.events += decision.events
         release = self._release_asked(order, submerged) or (decision.drop and decision.drop.reason(c, params))
-        cause, failsafe, watched = was.cause, was.failsafe, c.watched
+        cause, failsafe, watched, brought_up = was.cause, was.failsafe, c.watched, was.brought_up
         if mode is not was.mode:
             cause = self._change_mode(decision, c, order)
             by_itself = decision.rule is not None
             failsafe = by_itself and (failsafe or cause not in INTENDED_CAUSES) and mode is not Mode.DISARMED
             watched = cause is Cause.SURFACED
+            brought_up = was.failsafe if watched else brought_up
             if watched and (c.leak or was.cause is Cause.LEAK):
                 release = release or Reason(Cause.LEAK)
         ascent = self._come_up(seen, c, mode, release)
@@ -165,6 +166,7 @@ class Supervisor:
             ascent=ascent,
             weight_gone=was.weight_gone,
             watched=watched,
+            brought_up=brought_up,
             depth=depth,
             altitude_up=c.altitude if up or was.altitude_up != was.altitude_up else was.altitude_up,
             bottom=bottom,

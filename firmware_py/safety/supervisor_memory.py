@@ -53,6 +53,7 @@ class SupervisorMemory(NamedTuple):
         start: whether it began under water, and how the earlier run ended.
         weight_gone: whether the drop weight was released in an earlier run.
         watched: whether it surfaced and disarmed itself, and nobody has it in hand since: it may sink again.
+        brought_up: whether a failure brought it up when it surfaced last.
         depth: a good depth, m; where there is none, and no fix, no less than the last one.
         altitude_up: the altitude when a fix was last heard, or since then it began to be `watched`; or the first that
             was known after that, m.
@@ -76,6 +77,7 @@ class SupervisorMemory(NamedTuple):
     ascent: AscentMemory = AscentMemory()
     weight_gone: bool = False
     watched: bool = False
+    brought_up: bool = False
     depth: float = 0.0
     altitude_up: float = math.nan
     start: Start = Start()

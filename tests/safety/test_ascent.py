@@ -77,6 +77,19 @@ def test_who_climbs_goes_on_and_comes_level_near_the_surface_without_a_word() ->
     assert not vehicle.memory.drop
 
 
+def test_who_is_held_down_near_the_surface_pitches_up_there_and_keeps_its_weight() -> None:
+    """An eddy of 0.1 m/s takes what 3 deg gain: a sound vehicle lay 1 to 2 m deep for 45 s, and dropped its weight."""
+    vehicle = Rising()
+    vehicle.go(29.0, -0.3)
+    assert vehicle.go(8.0, 0.04) is LEVEL
+    assert vehicle.go(9.0, 0.04) is POWERED
+    assert vehicle.go(3.0, -0.1) is POWERED
+    assert vehicle.memory.pitch == pytest.approx(math.radians(12.0))
+    assert vehicle.go(12.0, -0.1) is LEVEL  # its bow would be out there
+    assert vehicle.memory.pitch == pytest.approx(math.radians(3.0))
+    assert not vehicle.events
+
+
 def test_a_dive_ends_first_and_is_not_taken_for_failure() -> None:
     vehicle = Rising(theta=math.radians(-20.0))
     for degrees in range(-20, 13, 1):

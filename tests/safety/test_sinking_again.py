@@ -21,9 +21,17 @@ LEFT = "disarmed, and 1.5 m under water; arm it in SURFACE to bring it up"
 RELEASED = "drop weight released: sunk again, to 1.5 m, after it had surfaced"
 
 
-def surfaced(params: SafetyParams = PARAMS, **state: Any) -> SupervisedVehicle:
-    """Return a vehicle that came up by order and has just disarmed itself."""
-    vehicle = sailing(Mode.SURFACE, params)
+def surfaced(params: SafetyParams = PARAMS, failed: bool = True, **state: Any) -> SupervisedVehicle:
+    """Return a vehicle that has come up by an order, or because its attitude `failed`, and has just disarmed itself."""
+    vehicle = sailing(Mode.HOLD if failed else Mode.SURFACE, params)
+    if failed:
+        after(vehicle, 2.0, attitude_ok=False, z=5.0)
+        assert vehicle.mode is Mode.SURFACE
+    return disarmed(vehicle, **state)
+
+
+def disarmed(vehicle: SupervisedVehicle, **state: Any) -> SupervisedVehicle:
+    """Return it at the surface, once it has disarmed itself."""
     for _ in range(1000):
         vehicle.tick(z=0.2, frame=heard_fix(vehicle), **state)
         if vehicle.mode is Mode.DISARMED:
@@ -38,6 +46,19 @@ def after(vehicle: SupervisedVehicle, seconds: float, order: Order = NO_ORDER, *
         vehicle.tick(order if k == 0 else NO_ORDER, **state)
         said += vehicle.events
     return said
+
+
+def test_who_came_up_by_order_and_sinks_has_the_power_to_come_up_once_more() -> None:
+    vehicle = surfaced(failed=False)
+    assert after(vehicle, 10.1, z=1.5)[0] == SUNK
+    assert not vehicle.answer.drop
+    disarmed(vehicle)
+    assert after(vehicle, 10.1, z=1.5)[:2] == [SUNK, RELEASED]
+
+
+def test_who_came_up_by_order_and_sinks_with_a_leak_releases_the_weight_at_once() -> None:
+    vehicle = surfaced(failed=False)
+    assert any(text.startswith("drop weight released: ") for text in after(vehicle, 10.1, z=1.5, leak=True))
 
 
 def test_who_sinks_after_it_disarmed_itself_surfaces_again_and_releases_the_weight() -> None:

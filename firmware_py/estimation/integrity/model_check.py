@@ -51,10 +51,11 @@ _KNOWN = 0.2
 """A steady turn of which the logarithm has this 1 sigma is known."""
 _FAR = 0.1
 """A steady turn that differs by more than this share is that of another vehicle."""
-_SETTLES = 15.0
-"""So long after it began to drive the model has forgotten its sway and its turn, s."""
-_FORGETS = 60.0
-"""And so long, at full speed, a speed that was not known, s: two time constants of its drag."""
+_SETTLES, _FORGETS = 15.0, 60.0
+"""So long after it began to drive the model has forgotten its sway and its turn, s; and so long after, at full speed, a
+speed that was not known: two time constants of its drag."""
+_ADRIFT = 0.05
+"""Slower than this, m/s, it drifts with the water."""
 _STD, _FIRST_STD, _FIRST_TIME = 0.05, 0.3, 5.0
 """1 sigma of the averaged current, m/s: in the end, and in the beginning, when it falls with the root of time (s)."""
 _CURRENT_TIME = 600.0
@@ -176,8 +177,10 @@ class ModelCheck:
             m.motion.v, m.unknown = known.v - east * c + north * s, 0.0
 
     def rest(self) -> None:
-        """Take note that the vehicle drifts with the water."""
+        """Take note that the vehicle drifts with the water, but for way that it is known to have: drag takes that."""
         m = self.memory
+        if m.unknown <= 0.0 and abs(m.motion.u) > _ADRIFT:
+            return
         m.motion.u, m.motion.v, m.motion.r, m.unknown = 0.0, 0.0, 0.0, 0.0
         m.motion.braked = m.motion.unweighed = m.motion.brakes = 0.0
 

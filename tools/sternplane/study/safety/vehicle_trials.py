@@ -5,10 +5,8 @@ from __future__ import annotations
 from sternplane.study.safety.struck import FINS, ON_BUS, RUDDERS, STERNS
 from sternplane.study.safety.trial import Allowed, Bound, Group, Named, Trial
 
-_JAMS = ("JAMMED", "HARD_OVER")
-"""A jam at the end of its travel is called hard-over as well."""
-_SLOWED = ("SLOW", "LAGGING", "JAMMED")
-"""A fin that hardly turns stands, for all that a command of a second can show."""
+_JAMS, _SLOWED = ("JAMMED", "HARD_OVER"), ("SLOW", "LAGGING", "JAMMED")
+"""A jam at the end of its travel is hard-over as well; a fin that hardly turns stands, as far as a second tells."""
 _FEEDBACK = 1.0
 """A servo that reports its angle is found out within this, s."""
 _CONSEQUENCE = 15.0

@@ -186,3 +186,22 @@ def test_without_pings_the_likely_speed_is_as_slow_in_turns_as_the_hull_is() -> 
         plain.step(0.1, N, 0.0, False, 0.0)
     assert check.memory.likely == pytest.approx(hull.memory.u, abs=0.02)
     assert plain.memory.likely > hull.memory.u + 0.2
+
+
+def test_what_was_disarmed_under_way_has_way_until_drag_has_taken_it() -> None:
+    """At rest at once, and driven again, it accused a sound DVL of a step."""
+    check, hull = swim(60.0)[0], MotionModel(VEHICLE)
+    hull.memory.u = check.speed
+    for _ in range(600):
+        check.rest()
+        check.step(0.1, 0.0, 0.0, [0.0] * 4, steered=False, driven=False, deep=False)
+        hull.step(0.1, 0.0, 0.0, 0.0, 0.0)
+    assert check.speed == pytest.approx(hull.memory.u, abs=0.01)
+    assert 0.5 < check.speed < 1.2
+    for _ in range(36_000):
+        check.rest()
+        check.step(0.1, 0.0, 0.0, [0.0] * 4, steered=False, driven=False, deep=False)
+    assert check.speed < 0.06
+    fresh = ModelCheck(IntegrityParams(), VEHICLE)
+    fresh.rest()
+    assert (fresh.speed, fresh.memory.unknown) == (0.0, 0.0)
