@@ -27,7 +27,7 @@ from firmware_py.records.adoption import Adopted, Refusal, Source
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import NOTHING_LEARNED, Learned, StateEstimate
 from firmware_py.records.event import Event
-from firmware_py.records.health import NO_DOUBTS, AxisDoubt
+from firmware_py.records.health import NO_DOUBTS, AxisDoubt, SourceFault
 from firmware_py.records.order import Mode
 from firmware_py.records.passport import LearnedModel, Restored
 from firmware_py.records.sensing import SensorFrame, silence
@@ -180,10 +180,21 @@ class Estimator:
             state = replace(state, depth_std=math.hypot(state.depth_std, off))
         if selection.candidates:
             state = replace(state, candidates=selection.candidates)
-        if self._learning is None:
+        if self._learning is not None:
+            learned = self._learning.update(tick, believed, applied, state, doubts)
+            state = state if learned is before else replace(state, learned=learned)
+        return self._doubted(state)
+
+    def _doubted(self, state: StateEstimate) -> StateEstimate:
+        """Return the state with a depth as unsure as it and a pressure go apart, of which one is wrong.
+
+        Who learns is not told: it would wait, and its velocity is the better witness.
+        """
+        pressure, undecided = self.placed.pressure, state.sensors.pressure.fault is SourceFault.UNDECIDED
+        if not (undecided and pressure.ok and math.isfinite(pressure.value)):
             return state
-        learned = self._learning.update(tick, believed, applied, state, doubts)
-        return state if learned is before else replace(state, learned=learned)
+        off = state.eta.z - self._navigation.depth_by(pressure.value)
+        return replace(state, depth_std=math.hypot(state.depth_std, off))
 
     def _follow(self, learned: Learned, adopted: Adopted) -> None:
         """Let integrity judge headings by the coefficients in force, as well as they are known, once all are certain.

@@ -221,3 +221,17 @@ def test_a_slope_that_is_followed_by_one_altitude_alone_is_believed(tmp_path: Pa
     log = course(tmp_path, text, "off:dvl@5")
     assert log.truth["eta.z"].max() > 20.0
     assert set(states(log, "altitude")) == {SourceState.GOOD}
+
+
+def test_the_depth_is_as_unsure_as_what_contradicts_the_pressure(tmp_path: Path) -> None:
+    """A DVL that creeps on makes it 7 m deeper, the safer reading; it said 0.3 m of that, and 0.03 m at first."""
+    place = tmp_path / "dive.toml"
+    course = mission([(45.0, 6.0), (85.0, 10.0), (175.0, 28.0), (400.0, 28.0)])
+    place.write_text(under_way(95.0, 4.0, course, current=(-0.8, 0.1), learning=True))
+    request = FlightRequest(scenario=str(place), faults=("drift:dvl.u=0.02@30",), seed=20)
+    fly(prepare(request, {}), tmp_path / "log.mcap")
+    log = read(tmp_path / "log.mcap")
+    error = np.abs(log.columns["state.eta.z"] - log.truth["eta.z"])
+    assert SourceFault.UNDECIDED in {cycle.state.sensors.pressure.fault for cycle in log.cycles}
+    assert error.max() > 3.0
+    assert np.all(error < np.maximum(0.15, 3.0 * log.columns["state.depth_std"]))

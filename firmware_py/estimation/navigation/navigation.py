@@ -15,7 +15,7 @@ from typing import NamedTuple
 from firmware_py.estimation.navigation import altitude, attitude, dead_reckoning, depth, velocity
 from firmware_py.estimation.navigation.current_ahead import current_ahead
 from firmware_py.estimation.navigation.velocity_params import VelocityParams
-from firmware_py.marine import Eta, Nu, Origin, body_to_ned
+from firmware_py.marine import Eta, Nu, Origin, body_to_ned, depth_of_pressure
 from firmware_py.params import param, table
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import NOTHING_LEARNED, Learned, StateEstimate
@@ -177,6 +177,10 @@ class Navigation:
             refused=refused,
             learned=learned,
         )
+
+    def depth_by(self, pressure: float) -> float:
+        """Return the depth that a pressure, Pa, stands for, m."""
+        return depth_of_pressure(pressure, self._memory.depth.zero, self._params.depth.density)
 
     def keep(self) -> KeptNavigation:
         """Return what a later run may start from."""
