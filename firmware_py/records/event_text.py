@@ -194,6 +194,11 @@ def _mode_chosen(event: Event, name: ModeName) -> str:
     return f"{chosen} chosen{_station(' by', event.asker)}; arming begins it"
 
 
+def _back(event: Event) -> str:
+    unheard = event.numbers and SourceFault(int(event.numbers[0])) is SourceFault.SILENT
+    return "not heard, and not expected: it is under water" if unheard else "agrees again"
+
+
 def _given_up(event: Event, _: ModeName) -> str:
     return f"{_manoeuvre(event)} given up after {event.numbers[0]:.1f} s: {_cause(event, 1)}"
 
@@ -238,7 +243,7 @@ _ONE: Mapping[EventKind, Callable[[Event, ModeName], str]] = {
         f"{_manoeuvre(event)} done: {event.numbers[0]:g} s, and {event.numbers[1]:.1f} s of waiting"
     ),
     EventKind.MANOEUVRE_GIVEN_UP: _given_up,
-    EventKind.SENSOR_GOOD: lambda event, _: f"{sensor_text(event.names[0])} agrees again",
+    EventKind.SENSOR_GOOD: lambda event, _: f"{sensor_text(event.names[0])} {_back(event)}",
     EventKind.SENSOR_SUSPECT: lambda event, _: (
         f"{sensor_text(event.names[0])} not believed: {source_fault_text(event.numbers[0])}"
     ),

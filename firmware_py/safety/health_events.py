@@ -32,15 +32,20 @@ _WEIGHT: Mapping[WeightState, tuple[EventKind, Cause]] = {
 }
 
 
-def sensor_events(before: SensorHealth, now: SensorHealth) -> tuple[Event, ...]:
-    """Return an event for each sensor whose state or fault is another one now."""
+def sensor_events(before: SensorHealth, now: SensorHealth, fix_heard: bool = True) -> tuple[Event, ...]:
+    """Return an event for each sensor whose state or fault is another one now.
+
+    A receiver that was silent and is good where it still is not heard need not be: that it is silent stands beside it.
+    """
     if now == before:
         return ()
-    return tuple(
-        event(_SOURCE_KINDS[new.state], numbers=(float(new.fault),), names=(name,))
-        for name, old, new in zip(SensorHealth._fields, before, now, strict=True)
-        if new != old
-    )
+    told = []
+    for name, old, new in zip(SensorHealth._fields, before, now, strict=True):
+        if new != old:
+            unheard = name == "fix" and new == GOOD and not fix_heard
+            fault = old.fault if unheard and old.fault is SourceFault.SILENT else new.fault
+            told.append(event(_SOURCE_KINDS[new.state], numbers=(float(fault),), names=(name,)))
+    return tuple(told)
 
 
 def candidate_events(before: Sequence[Candidate], now: Sequence[Candidate]) -> tuple[Event, ...]:

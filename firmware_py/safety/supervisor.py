@@ -110,7 +110,7 @@ class Supervisor:
         """
         params, was = self._params, self._memory
         nodes = NodeBits(frame.two_senders, frame.unhealthy, frame.replaced, frame.restarted)
-        self._tell_of_health(state, actuators, nodes)
+        self._tell_of_health(state, actuators, nodes, frame.fix.usable(tick.t, params.fix_timeout))
         submerged, depth = self._submerged(tick, frame, state), state.eta.z if state.depth_ok else math.nan
         if was.start.was_armed and submerged:
             order, refused = without_disarming(order, depth)
@@ -206,11 +206,11 @@ class Supervisor:
         """Restore the memory that `freeze` returned."""
         self._memory = memory
 
-    def _tell_of_health(self, state: StateEstimate, actuators: ActuatorHealth, nodes: NodeBits) -> None:
+    def _tell_of_health(self, state: StateEstimate, actuators: ActuatorHealth, nodes: NodeBits, fix: bool) -> None:
         was, limit = self._memory, self._params.actuators.release_time
         self.events = (
             *candidate_events(was.candidates, state.candidates),
-            *sensor_events(was.sensors, state.sensors),
+            *sensor_events(was.sensors, state.sensors, fix),
             *actuator_events(was.actuators, actuators, self._fin_names),
             *weight_events(was.actuators.drop_weight, actuators.drop_weight, limit),
             *node_events(was.nodes, nodes, self._fin_names, self._shared_nodes),

@@ -16,7 +16,7 @@ from firmware_py.records.command import AscentStage, ModeState
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import Cause
 from firmware_py.records.event_text import texts
-from firmware_py.records.health import sound
+from firmware_py.records.health import ALL_GOOD, SourceFault, SourceHealth, SourceState, sound
 from firmware_py.records.manoeuvrability import UNLIMITED
 from firmware_py.records.order import NO_ORDER, Arming, Asker, Mode, Order
 from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame, never
@@ -539,3 +539,15 @@ def test_arming_names_what_would_bring_it_up_and_is_set_otherwise() -> None:
         "DISARMED -> MANUAL: ordered",
         "set so that it is not brought up: safety.attitude_action = none, safety.station.hold_action = warn",
     }
+
+
+@pytest.mark.parametrize(
+    ("heard", "said"), [(True, "fix agrees again"), (False, "fix not heard, and not expected: it is under water")]
+)
+def test_a_receiver_that_is_not_heard_under_water_is_not_said_to_agree_again(heard: bool, said: str) -> None:
+    vehicle = sailing(Mode.HOLD)
+    silent = SourceHealth(SourceState.LOST, SourceFault.SILENT)
+    vehicle.tick(z=0.5, sensors=ALL_GOOD._replace(fix=silent))
+    assert vehicle.events == ("fix lost: silent",)
+    vehicle.tick(z=3.0, sensors=ALL_GOOD, frame=heard_fix(vehicle) if heard else None)
+    assert vehicle.events == (said,)

@@ -82,10 +82,10 @@ class PositionMemory(NamedTuple):
 
     `refused` is how many fixes in a row contradicted the position and agreed with each other; the last one was `off_x`
     north and `off_y` east of it, m. `jump` is by how much such fixes put the position right in this tick, m. Fixes
-    leave it by `left_x` and `left_y`, m, on the average of some. Where chance does not explain that, they move it by
-    `astray` a second, m/s: by so much the velocity is off, and `pinged` whether pings told it. `doubt` is what the
-    position may be off by beside, m: fixes or DVL are wrong, and nothing tells which. `moved` is by what the last fixes
-    have moved it.
+    leave it by `left_x` and `left_y`, in sigmas, on the average of some. Where chance does not explain that, they
+    move it by `astray` a second, m/s: by so much the velocity is off, and `pinged` whether pings told it. `doubt` is
+    what the position may be off by beside, m: fixes or DVL are wrong, and nothing tells which. `moved` is by what the
+    last fixes have moved it.
     """
 
     x: float
@@ -177,15 +177,16 @@ def take_fix(
     left_x, left_y, astray = memory.left_x, memory.left_y, memory.astray * (1.0 - 1.0 / _AVERAGED)
     if beyond or interval > _RUN or pinged is not memory.pinged:  # it is put right, or of another velocity
         left_x = left_y = astray = 0.0
+    usual = math.sqrt(variance + 2.0 * std**2)
     if not beyond:
-        left_x, left_y = left_x + (dx - left_x) / _AVERAGED, left_y + (dy - left_y) / _AVERAGED
-    left = left_x * left_x + left_y * left_y
-    surprises = left > _CHANCE**2 * (variance + 2.0 * std**2) / (2 * _AVERAGED - 1)
+        left_x, left_y = left_x + (dx / usual - left_x) / _AVERAGED, left_y + (dy / usual - left_y) / _AVERAGED
+    left = math.hypot(left_x, left_y)
+    surprises = left > _CHANCE / math.sqrt(2 * _AVERAGED - 1)
     if surprises:
-        variance = max(variance, left)
+        variance = max(variance, (left * usual) ** 2)
     gain = variance / (variance + 2.0 * std**2)
     if surprises:
-        astray = gain * math.sqrt(left) / interval
+        astray = gain * left * usual / interval
     return PositionMemory(
         memory.x + gain * dx,
         memory.y + gain * dy,

@@ -164,9 +164,9 @@ def test_a_device_that_is_believed_is_named_and_why(fault: SourceFault) -> None:
 
 @pytest.mark.parametrize(("name", "told"), [("altitude", "altimeter"), ("altitude.2", "altimeter.2"), ("dvl", "dvl")])
 def test_the_altimeter_has_one_name_in_all_sentences(name: str, told: str) -> None:
-    silent = (float(SourceFault.SILENT),)
-    kinds = (EventKind.SENSOR_GOOD, EventKind.SENSOR_SUSPECT, EventKind.SENSOR_LOST)
-    said = [texts([event(kind, numbers=silent, names=(name,))])[0] for kind in kinds]
+    silent, none = (float(SourceFault.SILENT),), (float(SourceFault.NONE),)
+    kinds = (EventKind.SENSOR_GOOD, none), (EventKind.SENSOR_SUSPECT, silent), (EventKind.SENSOR_LOST, silent)
+    said = [texts([event(kind, numbers=fault, names=(name,))])[0] for kind, fault in kinds]
     assert said == [f"{told} agrees again", f"{told} not believed: silent", f"{told} lost: silent"]
     choice = event(EventKind.CANDIDATE_BELIEVED, numbers=(2.0, 1.0, *silent), names=(name,))
     assert texts([choice])[0].startswith(f"{told}: the second is believed")

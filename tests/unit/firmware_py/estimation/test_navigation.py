@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_py.estimation.navigation.dead_reckoning import PositionParams
-from firmware_py.estimation.navigation.navigation import Navigation, NavigationParams
+from firmware_py.estimation.navigation.navigation import KeptNavigation, Navigation, NavigationParams
 from firmware_py.marine import Origin, local_to_geodetic
 from firmware_py.params import dump, load
 from firmware_py.records.command import Applied
@@ -426,6 +426,22 @@ def test_fixes_show_that_a_velocity_carries_the_position_away(seed: int) -> None
         if t > 40.0:  # fixes of 2 m tell a velocity to 0.13 m/s after 18 s
             worst = max(worst, math.hypot(state.eta.x, state.eta.y) / state.position_std)
     assert worst < 5.2  # 6.3 to 7.9 where nothing looks at what fixes leave the position by
+
+
+def test_a_boat_that_was_carried_between_dives_has_no_velocity_that_is_wrong() -> None:
+    """Kept with a sigma of 30 m, it was 91 m away: three sigmas, and the sigma of the dive grew by 0.2 m/s for it."""
+    navigation = Navigation(PARAMS, ORIGIN)
+    navigation.resume(KeptNavigation(91.0, 0.0, 30.0, 101325.0))
+    for k in range(12_000):
+        t = k * DT
+        parts: dict[str, Any] = {"ahrs": Heard(Ahrs(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), t, True, True)}
+        if k % 20 == 0:
+            parts |= {"pressure": pressed(0.0 if t < 30.0 else 5.0, t)}
+            parts |= {"dvl": Heard(Dvl(0.0, 0.0, 0.0, 0.01, 20.0), t, True, True)}
+        if k % 100 == 0 and t < 30.0:
+            parts |= {"fix": fix_at(0.0, 0.0, t)}
+        state = hear(navigation, k, **parts)
+    assert math.hypot(state.eta.x, state.eta.y) < 3.0 * state.position_std < 3.0
 
 
 def test_before_anything_is_heard_nothing_is_known_however_slowly_it_is_lost() -> None:
