@@ -300,7 +300,8 @@ def test_what_rules_and_the_monitor_of_the_bus_found_is_told_once(flown: Path) -
     assert rows[:2] == [
         (
             "by the rules",
-            "MISSION -> HOLD: water in the hull, at 1.0 s; battery at 28%, less than 30%, at 1.0 s, 2 times",
+            "MISSION -> HOLD: water in the hull (leak_action), at 1.0 s; "
+            "battery at 28%, less than 30% (battery_warn_action), at 1.0 s, 2 times",
         ),
         ("on the bus", "node pressure: two senders under one node id, at 2.5 s"),
     ]

@@ -7,6 +7,7 @@ from typing import Any
 
 from firmware_py.records.event import INTENDED_CAUSES, Cause, Event, EventKind
 from firmware_py.records.event_text import texts
+from firmware_py.safety.rules import RULES
 
 _OF_SENSORS: Mapping[Cause, str] = {
     Cause.AHRS_SUSPECT: "ahrs",
@@ -15,6 +16,11 @@ _OF_SENSORS: Mapping[Cause, str] = {
     Cause.DVL_BAD: "dvl",
     Cause.ALTIMETER_BAD: "altimeter",
 }
+_KEYS: Mapping[Cause, list[str]] = {
+    cause: [rule.answer for rule in RULES if rule.cause is cause and isinstance(rule.answer, str) and rule.answer]
+    for cause in {rule.cause for rule in RULES}
+}
+"""The keys of [autopilot.safety] that say what is done for each cause."""
 _NODES = (EventKind.NODE_FAULT, EventKind.NODE_RESTARTED)
 _LABELS = {"rule": "by the rules", "bus": "on the bus"}
 Finding = dict[str, Any]
@@ -22,6 +28,8 @@ Finding = dict[str, Any]
 
 def findings(events: Iterable[tuple[float, tuple[Event, ...]]], faulty: Collection[str]) -> list[Finding]:
     """Return each thing once: by whom ("rule", "bus"), as what, first when, s, and how many times it was told.
+
+    `key` is that of [autopilot.safety] which says what is done, "" where there is none, or not one alone.
 
     Args:
         events: of a flight, with their times, s.
@@ -35,7 +43,7 @@ def findings(events: Iterable[tuple[float, tuple[Event, ...]]], faulty: Collecti
                 continue
             one = found.setdefault(
                 (event.kind, event.cause, event.names, event.after, *(event.numbers if by == "bus" else ())),
-                {"by": by, "text": texts((event,))[0], "first_s": t, "times": 0},
+                {"by": by, "text": texts((event,))[0], "key": _key(event), "first_s": t, "times": 0},
             )
             one["times"] += 1
     return list(found.values())
@@ -46,8 +54,14 @@ def key_figures(found: Iterable[Finding]) -> list[tuple[str, str]]:
     told: dict[str, list[str]] = {}
     for one in found:
         times = f", {one['times']} times" if one["times"] > 1 else ""
-        told.setdefault(_LABELS[one["by"]], []).append(f"{one['text']}, at {one['first_s']:.1f} s{times}")
+        key = f" ({one['key']})" if one["key"] else ""
+        told.setdefault(_LABELS[one["by"]], []).append(f"{one['text']}{key}, at {one['first_s']:.1f} s{times}")
     return [(label, "; ".join(those)) for label, those in told.items()]
+
+
+def _key(event: Event) -> str:
+    keys = _KEYS.get(event.cause, [])
+    return keys[0] if len(keys) == 1 and event.kind not in _NODES else ""
 
 
 def _by(event: Event, faulty: Collection[str]) -> str:
