@@ -14,6 +14,14 @@ from sim_bridge.scenarios import Completes
 SURFACE = 1.0
 """Less deep than this, m, a vehicle has come up; deeper than `_SUNK`, it has sunk again."""
 _SUNK = 2.0
+_TICK = 0.2
+"""Longer than any tick, s: the last one of a scenario begins no earlier than this before its end."""
+_DOING = {
+    Mode.MISSION: "flew its mission",
+    Mode.RETURN: "was returning",
+    Mode.SURFACE: "was coming up",
+    Mode.HOLD: "was holding",
+}
 
 
 class Completion:
@@ -27,14 +35,22 @@ class Completion:
         watch: for how long it must have lain disarmed at the surface to be done, s; it may sink again.
         true_depth: the plant's, m. Where the plant is out of reach (another process, the sea) the vehicle's own word
             counts: a fix, or its estimate of the depth.
+        duration: after which the scenario ends the flight, s; infinite where that is not known.
     """
 
-    def __init__(self, completes: Completes, true_depth: Callable[[], float] | None = None, watch: float = 0.0) -> None:
+    def __init__(
+        self,
+        completes: Completes,
+        true_depth: Callable[[], float] | None = None,
+        watch: float = 0.0,
+        duration: float = math.inf,
+    ) -> None:
         self.done = False
         """True when nothing more can come: a vehicle that was to surface has disarmed itself."""
         self._completes = completes
         self._true_depth = true_depth
         self._watch = watch
+        self._duration = duration
         self._t_up = math.inf
         self._mode = Mode.DISARMED
         self._armed = False
@@ -77,12 +93,16 @@ class Completion:
             return f"surfaced safely{without} because of a rule: {why}{before}"
         if self._aborted:
             later = "" if self._last in ("", self._aborted) else f", then {self._last}"
-            under_way = "" if self._mode is Mode.DISARMED else f"; at the end {self._where_it_is}"
-            return f"{self._ended_by}: {self._aborted}{later}{under_way}"
+            ended = f"{self._ended_by}: {self._aborted}{later}"
+            if self._mode is Mode.DISARMED:
+                return ended
+            if self._completes is Completes.SURFACED and (self._time_is_over or self._is_up_unknown):
+                return f"{self._too_late}; before that, {ended}"
+            return f"{ended}; at the end in mode {self._mode.name}, {self._where_it_is}"
         if not self._armed:
             return f"never armed: {self._refused or self._said or 'nobody asked for it'}"
         if self._completes is Completes.SURFACED:
-            return "it had not surfaced when the time was over"
+            return self._too_late
         return "it was no longer flying when the time was over"
 
     @property
@@ -96,9 +116,33 @@ class Completion:
 
     @property
     def _where_it_is(self) -> str:
-        """Return in which mode it is, and whether it has come up, and by whose word."""
+        """Return whether it has come up, and by whose word."""
         by = "by the truth" if self._true_depth is not None else "by its own estimate"
-        return f"in mode {self._mode.name}, {'at the surface' if self._is_up() else 'under water'} {by}"
+        return f"{'at the surface' if self._is_up() else 'under water'} {by}"
+
+    @property
+    def _time_is_over(self) -> bool:
+        """Return whether the scenario's time has ended the flight, and nobody before it."""
+        cycle = self._last_cycle
+        return cycle is not None and cycle.tick.t >= self._duration - _TICK
+
+    @property
+    def _is_up_unknown(self) -> bool:
+        """Return whether it comes up, is at the surface by the truth, and no fix tells it so."""
+        cycle = self._last_cycle
+        heard = cycle is not None and cycle.heard.fix.ok
+        return self._mode is Mode.SURFACE and self._true_depth is not None and self._is_up() and not heard
+
+    @property
+    def _too_late(self) -> str:
+        """Return what it did when its time was over; of a flight that the scenario's time ended, what gives more."""
+        time = f"the scenario's {self._duration:g} s were" if self._time_is_over else "the time was"
+        if self._is_up_unknown:
+            return f"it was at the surface when {time} over, but did not know it: no fix"
+        if not self._time_is_over:
+            return "it had not surfaced when the time was over"
+        doing = _DOING.get(self._mode, f"was in mode {self._mode.name}")
+        return f"{time} over while it {doing}, {self._where_it_is}; scenario.duration_s gives more"
 
     def see(self, cycle: Cycle) -> None:
         """Takes one cycle in."""

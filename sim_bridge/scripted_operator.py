@@ -22,7 +22,7 @@ class ScriptedOperator:
     """
 
     def __init__(self, scenario: Scenario, true_depth: Callable[[], float] | None = None) -> None:
-        self.completion = Completion(scenario.completes, true_depth, scenario.watch)
+        self.completion = Completion(scenario.completes, true_depth, scenario.watch, scenario.duration)
         self._orders = scenario.orders[::-1]
         self._remaining = len(scenario.orders)
         self._zigzag = _ZigzagRudder(scenario.zigzag) if scenario.zigzag else None

@@ -324,7 +324,8 @@ def test_a_mission_that_fails_is_status_1_and_says_why(tmp_path: Path) -> None:
     path.write_text(without_learning("demo").replace("duration_s = 330.0", "duration_s = 30.0"))
     result = called("sitl", "--scenario", path, "--out", "run", cwd=tmp_path)
     assert result.returncode == 1, result.stderr
-    assert "it had not surfaced when the time was over" in result.stdout
+    told = " ".join(result.stdout.split())
+    assert "the scenario's 30 s were over while it flew its mission, " in told
 
 
 def test_a_vehicle_armed_at_rest_stays_where_it_is_with_its_fins_centred(tmp_path: Path) -> None:

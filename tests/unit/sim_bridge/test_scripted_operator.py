@@ -249,9 +249,55 @@ def test_where_a_rule_ended_a_flight_the_truth_tells_whether_it_had_come_up(true
     scenario = parse({"description": "x.", "duration_s": 100.0, "completes": "surfaced"}, "here")
     ground = ScriptedOperator(scenario, lambda: true_depth)
     ground.write(cycle(mode=Mode.HOLD))
-    ground.write(cycle(mode=Mode.SURFACE, failsafe=True, z=5.0, events=(changed(Mode.SURFACE, Cause.LEAK),)))
+    leak = (changed(Mode.SURFACE, Cause.LEAK),)
+    ground.write(cycle(mode=Mode.SURFACE, failsafe=True, z=5.0, fix=True, events=leak))
     assert ground.completion.reason.startswith("a rule ended mode HOLD: ")
     assert ground.completion.reason.endswith(f"; at the end in mode SURFACE, {where} by the truth")
+
+
+def at_the_end(true_depth=None, mode=Mode.SURFACE, t=99.99, fix=False, cause=None):
+    """Return the operator of 100 s whose last cycle is at t; `cause`: of the rule that changed the mode."""
+    scenario = parse({"description": "x.", "duration_s": 100.0, "completes": "surfaced"}, "here")
+    ground = ScriptedOperator(scenario, None if true_depth is None else lambda: true_depth)
+    ground.write(cycle(mode=Mode.MISSION))
+    events = () if cause is None else (changed(mode, cause),)
+    ground.write(cycle(mode=mode, failsafe=cause is not None, events=events, t=50.0))
+    ground.write(cycle(mode=mode, fix=fix, z=5.0, t=t))
+    return ground
+
+
+@pytest.mark.parametrize(
+    ("mode", "doing"),
+    [
+        (Mode.MISSION, "flew its mission"),
+        (Mode.RETURN, "was returning"),
+        (Mode.SURFACE, "was coming up"),
+        (Mode.MANUAL, "was in mode MANUAL"),
+    ],
+)
+def test_a_flight_that_its_time_ended_says_so_and_what_gives_more(mode, doing):
+    over = f"the scenario's 100 s were over while it {doing}, under water"
+    more = "scenario.duration_s gives more"
+    assert at_the_end(12.0, mode).completion.reason == f"{over} by the truth; {more}"
+    assert at_the_end(None, mode).completion.reason == f"{over} by its own estimate; {more}"
+
+
+def test_a_rule_that_ended_the_mission_is_told_behind_the_time_that_was_too_short():
+    ground = at_the_end(12.0, Mode.RETURN, cause=Cause.LEAK)
+    assert ground.completion.reason.startswith("the scenario's 100 s were over while it was returning, ")
+    assert "; before that, a rule ended the mission: " in ground.completion.reason
+    earlier = at_the_end(12.0, Mode.RETURN, t=80.0, cause=Cause.LEAK)  # somebody else ended the flight
+    assert earlier.completion.reason.startswith("a rule ended the mission: ")
+
+
+@pytest.mark.parametrize("cause", [None, Cause.LEAK])
+@pytest.mark.parametrize(("t", "time"), [(99.99, "the scenario's 100 s were"), (80.0, "the time was")])
+def test_who_is_at_the_surface_and_hears_no_fix_did_not_know_it(t, time, cause):
+    unknown = f"it was at the surface when {time} over, but did not know it: no fix"
+    assert at_the_end(0.3, t=t, cause=cause).completion.reason.startswith(unknown)
+    for ground in (at_the_end(0.3, t=t, fix=True), at_the_end(None, t=t), at_the_end(0.3, Mode.MISSION, t=t)):
+        assert "did not know it" not in ground.completion.reason
+    assert at_the_end(12.0, t=80.0).completion.reason == "it had not surfaced when the time was over"
 
 
 def test_the_end_of_a_mission_is_meant_and_its_end_by_a_rule_is_not():
