@@ -690,6 +690,36 @@ def test_a_flight_that_is_not_as_it_should_be_says_what_is_wrong_and_what_happen
     )
 
 
+def test_an_opened_flight_says_when_its_drop_weight_went_and_what_came_before():
+    flight = flown("off:fix", SAFE)
+    flight["found"] |= {
+        "t_drop": 371.3,
+        "modes": [(1.0, "MISSION", "ORDERED"), (120.9, "SURFACE", "MISSION_DONE")],
+        "rules": [(60.0, "DVL_BAD"), (130.0, "DVL_BAD")],
+        "stages": [(268.0, "WAITING"), (298.0, "WAITING"), (371.2, "STOPPED"), (401.0, "STOPPED")],
+    }
+    text = opened(page([flight], rows([flight]), ["one"], []), "off_fix.flown.0")
+    began = "its drop weight went at 371 s, 250 s after it began to come up (mission done)"
+    assert f"{began}, after stage waiting at 298 s, stage stopped at 371 s; called faulty" in text
+    flight["found"] |= {"modes": [(1.0, "MISSION", "ORDERED")]}
+    text = opened(page([flight], rows([flight]), ["one"], []), "off_fix.flown.0")
+    assert "its drop weight went at 371 s; called faulty" in text
+
+
+@pytest.mark.parametrize(
+    ("fix", "up", "told"),
+    [
+        (False, 60.0, "It was at the surface when the time was over, but did not know it: no fix; in truth"),
+        (True, 60.0, "It was at the surface when the time was over; in truth"),
+        (False, None, "It had not surfaced when the time was over; in truth"),
+    ],
+)
+def test_where_a_recorded_flight_was_when_it_was_given_up_is_told_by_the_truth(fix, up, told):
+    flight = flown("off:fix", SAFE) | {"outcome": "it had not surfaced when the time was over"}
+    flight["found"] |= {"end_fix": fix, "t_up": up}
+    assert told in opened(page([flight], rows([flight]), ["one"], []), "off_fix.flown.0")
+
+
 def test_a_flight_whose_depth_is_no_number_at_the_end_has_its_place_on_the_page():
     flight = flown("off:fix", [SAFE[0], (50.0, math.nan, Mode.MISSION, Cause.ORDERED)])
     html = page([flight], rows([flight]), ["one"], [])

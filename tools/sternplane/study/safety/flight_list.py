@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 import re
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from firmware_py.records.order import Mode
 from sternplane.study.safety.campaign import Job
 from sternplane.study.safety.columns import ACCUSED, COLUMN_OF, COLUMNS, ENDED, words
 from sternplane.study.safety.judge import Ending
@@ -18,6 +19,10 @@ from sternplane.study.safety.verdict import Verdict
 
 _MOST_SAID = 6
 """So many sensors and actuators that were called faulty are listed."""
+_MOST_MARKS = 2
+"""So many of what was said and done last before the drop weight went are listed."""
+_NOT_SURFACED = "it had not surfaced when the time was over"
+"""The outcome of a flight that was given up, in some recorded ones even if it was at the surface by the truth."""
 _REVISION = re.compile("([0-9a-f]{8})[0-9a-f]+")
 """A revision, of which eight digits tell it from all others."""
 
@@ -117,15 +122,40 @@ def _misses(v: Verdict) -> list[str]:
 
 
 def _happened(v: Verdict) -> str:
-    """Return how a flight ended, how deep it went, what was called faulty, and what physics forbids."""
+    """Return how a flight ended, in truth too, what was called faulty, and why an unsafe end is not counted."""
     found = v.flight["found"]
     up, said = found["t_up"], [f"{name} {words(kind)} at {t:g} s" for t, name, kind in found["said"]]
     listed = ", ".join(said[:_MOST_SAID]) + (f" and {len(said) - _MOST_SAID} more" if len(said) > _MOST_SAID else "")
     depth = math.nan if found["end_depth"] is None else found["end_depth"]
     end = f"{depth:.1f} m deep at the end" if up is None else f"at the surface from {up:.0f} s on"
-    outcome, excused = v.flight["outcome"], v.ending.unsafe and v.excused
+    outcome, excused = _outcome(v.flight["outcome"], found), v.ending.unsafe and v.excused
     bound = f" Unsafe, and physics forbids better: {v.trial.bound.why}." if excused and v.trial.bound else ""
     return (
-        f"{outcome[:1].upper()}{outcome[1:]}; in truth {found['deepest']:.1f} m deep at most, {end}; "
+        f"{outcome[:1].upper()}{outcome[1:]}; in truth {found['deepest']:.1f} m deep at most, {end}; {_weight(found)}"
         f"called faulty: {listed or 'nothing'}.{bound}"
     )
+
+
+def _outcome(outcome: str, found: Mapping[str, Any]) -> str:
+    """Return how a flight ended; the truth says whether one that was given up was at the surface."""
+    if outcome != _NOT_SURFACED or found["t_up"] is None:
+        return outcome
+    unknown = "" if found["end_fix"] else ", but did not know it: no fix"
+    return f"it was at the surface when the time was over{unknown}"
+
+
+def _weight(found: Mapping[str, Any]) -> str:
+    """Return when the drop weight went, and what was said and done last before that; "" if it is still aboard."""
+    t = found["t_drop"]
+    if t is None:
+        return ""
+    begun = [(at, cause) for at, mode, cause in found["modes"] if mode == Mode.SURFACE.name and at <= t]
+    if not begun:
+        return f"its drop weight went at {t:.0f} s; "
+    since, cause = begun[-1]
+    marks = [(at, words(rule)) for at, rule in found["rules"] if since <= at <= t]
+    marks += [(at, f"stage {words(stage)}") for at, stage in found["stages"] if since <= at <= t]
+    last = list({text: at for at, text in sorted(marks)}.items())
+    shown = ", ".join(f"{text} at {at:.0f} s" for text, at in sorted(last, key=lambda mark: mark[1])[-_MOST_MARKS:])
+    began = f"{t - since:.0f} s after it began to come up ({words(cause)})"
+    return f"its drop weight went at {t:.0f} s, {began}{f', after {shown}' if shown else ''}; "

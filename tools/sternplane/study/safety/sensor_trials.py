@@ -19,7 +19,10 @@ _LOSSY = "one value of ten comes; gaps as long as the time-out are named"
 _NOISY = "it scatters by far more than its noise; it may be named"
 _OUTLIERS = "values are thrown away, and enough good ones are left"
 _SPIKE = "one value is thrown away; nothing is wrong afterwards"
-_NO_FIX = "there is no fix under water, and none is missed before the surface"
+_NO_FIX = (
+    "there is no fix under water, and none is missed before the surface; there, without one, the vehicle cannot know "
+    "that it is up: it waits, and in eddies drops its weight after its time"
+)
 _CARRIED_OFF = (
     "no DVL, no altitude: eddies of 0.1 m/s carry a hull by 5 m in a minute, as the drift does its depth; "
     "that pressure alone tells the depth is said after a minute"
