@@ -661,7 +661,8 @@ def test_a_cell_opens_its_flights_and_shows_what_is_excused():
     assert f'<a href="#{anchor}">(1)</a>' in html
     assert f'<a class="chip note" href="#{anchor}" title="25 m: too deep (1)">(▼)</a>' in html
     assert '<a href="logs/jam.2.1000.mcap">log</a>' in html
-    assert f"Unsafe, and physics forbids better: {TRIALS[title].bound.why}." in opened(html, anchor)
+    assert f"Unsafe; not counted: {TRIALS[title].bound.why}." in opened(html, anchor)
+    assert f'greatest depth, beyond a bound: not counted<b><a href="#{anchor}">39.0 m</a></b>' in html
     assert "5 m: not flown" in html
     assert "0 of 1 flights unsafe" in html
 
@@ -688,6 +689,12 @@ def test_a_flight_that_is_not_as_it_should_be_says_what_is_wrong_and_what_happen
     assert "seed 1002, off:pressure@20, still water, learning, revision r: Completed; " in opened(
         html, "off_pressure.flown.0"
     )
+
+
+def test_the_greatest_depth_leads_to_its_flight_and_says_whether_it_counts():
+    flight = flown("off:fix", [SAFE[0], (50.0, 39.0, Mode.SURFACE, Cause.DEPTH_LIMIT, RULE)], 1)
+    html = page([flight], rows([flight]), ["one"], [])
+    assert 'greatest depth<b><a href="#off_fix.deep.1">39.0 m</a></b>' in html
 
 
 def test_an_opened_flight_says_when_its_drop_weight_went_and_what_came_before():
@@ -718,6 +725,12 @@ def test_where_a_recorded_flight_was_when_it_was_given_up_is_told_by_the_truth(f
     flight = flown("off:fix", SAFE) | {"outcome": "it had not surfaced when the time was over"}
     flight["found"] |= {"end_fix": fix, "t_up": up}
     assert told in opened(page([flight], rows([flight]), ["one"], []), "off_fix.flown.0")
+
+
+def test_trials_that_need_no_name_are_told_apart_from_those_not_named_in_time():
+    found = [flown("off:fix", SAFE), flown("off:leak", SAFE)]
+    assert "fault named in time; 1 more need no name<b>0 of 1</b>" in page(found, rows(found), ["one"], [])
+    assert "fault named in time<b>0 of 1</b>" in page(found[1:], rows(found[1:]), ["one"], [])
 
 
 def test_a_flight_whose_depth_is_no_number_at_the_end_has_its_place_on_the_page():

@@ -129,7 +129,7 @@ def _happened(v: Verdict) -> str:
     depth = math.nan if found["end_depth"] is None else found["end_depth"]
     end = f"{depth:.1f} m deep at the end" if up is None else f"at the surface from {up:.0f} s on"
     outcome, excused = _outcome(v.flight["outcome"], found), v.ending.unsafe and v.excused
-    bound = f" Unsafe, and physics forbids better: {v.trial.bound.why}." if excused and v.trial.bound else ""
+    bound = f" Unsafe; not counted: {v.trial.bound.why}." if excused and v.trial.bound else ""
     return (
         f"{outcome[:1].upper()}{outcome[1:]}; in truth {found['deepest']:.1f} m deep at most, {end}; {_weight(found)}"
         f"called faulty: {listed or 'nothing'}.{bound}"

@@ -46,7 +46,6 @@ def page(
     verdicts = [judge(flight) for flight in flights if flight["trial"]]
     unsafe = sum(v.unsafe for v in verdicts) + sum(Ending(f["ending"]).unsafe for f in flights if not f["trial"])
     missed, judged = sum(row.ok is False for row in rows), sum(row.ok is not None for row in rows)
-    deepest = max((v.flight["found"]["deepest"] for v in verdicts), default=math.nan)
     excused = sum(v.ending.unsafe and v.excused for v in verdicts)
     named = [v for v in verdicts if v.trial.named is not None]
     return render(
@@ -67,12 +66,15 @@ def page(
                 "": (
                     ("flights with faults", str(len(verdicts))),
                     ("unsafe", str(unsafe)),
-                    ("unsafe where physics forbids better", str(excused)),
-                    ("fault named in time", f"{sum(v.in_time for v in named)} of {len(named)}"),
+                    ("unsafe beyond a bound, not counted", str(excused)),
+                    (
+                        f"fault named in time{_unneeded(len(verdicts) - len(named))}",
+                        f"{sum(v.in_time for v in named)} of {len(named)}",
+                    ),
                     ("something sound called faulty", str(sum(bool(v.accused) for v in verdicts))),
                     ("mission ended without cause", str(sum(bool(v.ended) for v in verdicts))),
                     ("drop weight released", str(sum(v.flight["found"]["t_drop"] is not None for v in verdicts))),
-                    ("greatest depth", f"{deepest:.1f} m"),
+                    _deepest(verdicts),
                 )
             },
             sections=[
@@ -85,6 +87,21 @@ def page(
             ],
         )
     )
+
+
+def _unneeded(count: int) -> str:
+    return f"; {count} more need no name" if count else ""
+
+
+def _deepest(verdicts: Sequence[Verdict]) -> tuple[str, str]:
+    """Return the greatest depth of all flights, as a link to the flights of its cell."""
+    if not verdicts:
+        return "greatest depth", "–"
+    v = max(verdicts, key=lambda v: v.flight["found"]["deepest"])
+    link = Markup('<a href="#{}">{:.1f} m</a>').format(
+        cell_anchor(v.trial, v.ending, v.flight["onset"]), v.flight["found"]["deepest"]
+    )
+    return f"greatest depth{', beyond a bound: not counted' if v.ending.unsafe and v.excused else ''}", link
 
 
 def _matrix(verdicts: Sequence[Verdict], settings: Sequence[str]) -> Markup:

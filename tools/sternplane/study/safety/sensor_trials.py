@@ -24,8 +24,9 @@ _NO_FIX = (
     "that it is up: it waits, and in eddies drops its weight after its time"
 )
 _CARRIED_OFF = (
-    "no DVL, no altitude: eddies of 0.1 m/s carry a hull by 5 m in a minute, as the drift does its depth; "
-    "that pressure alone tells the depth is said after a minute"
+    "no DVL, no altitude: pressure alone tells the depth, and eddies of 0.1 m/s, or in still water a pitch that is off "
+    "by 5 deg, explain as much as its drift. As shipped the vehicle is told to fly on, warned after a minute; "
+    'safety.unchecked_action = "surface" ends such a flight'
 )
 _NEVER = (
     "without a DVL a pitch that drifts slower than 0.08 deg/s, as a gyro's bias may, is not seen: trim, ballast and "

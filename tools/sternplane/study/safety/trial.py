@@ -28,7 +28,10 @@ class Named(NamedTuple):
 
 
 class Bound(NamedTuple):
-    """What physics forbids: at these onsets (their numbers) an unsafe end is shown and does not count."""
+    """Why nothing better can be asked of the vehicle as it is shipped: physics, or that nothing aboard can know better.
+
+    At these onsets (their numbers) an unsafe end is shown and does not count.
+    """
 
     why: str
     onsets: tuple[int, ...] = (0, 1, 2)
@@ -64,7 +67,7 @@ class Trial(NamedTuple):
         note: a sentence, mostly why it cannot be seen, or need not.
         ends: why a rule may end the mission; "" where none has reason to.
         allowed: what else may be called faulty.
-        bound: what physics forbids; None if nothing.
+        bound: why an unsafe end is not counted; None: it is.
         target: further judgement: "spike" (no change of mode, depth error), "fix" (at the surface, told by a fix).
         profile: (north, depth) of the bottom, m; empty is flat.
         onsets: the numbers of the onsets at which it strikes.

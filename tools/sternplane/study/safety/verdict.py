@@ -34,7 +34,7 @@ class Verdict(NamedTuple):
         flight: as `flight.run` returned it.
         trial: which.
         ending: how it ended.
-        excused: physics forbids better here.
+        excused: an unsafe end is not counted here.
         named: s from the onset until it was named; infinite if never.
         accused: (name, fault) of what was called faulty and is not.
         ended: the cause of the rule that ended the mission without cause; "" if none did.
