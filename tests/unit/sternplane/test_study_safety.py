@@ -16,8 +16,10 @@ from sternplane.sitl.flight import FlightRequest, prepare
 from sternplane.study.safety import campaign, command
 from sternplane.study.safety import flight as flight_module
 from sternplane.study.safety.campaign import LEFT_OUT, TRIALS, Job, jobs
+from sternplane.study.safety.columns import words
 from sternplane.study.safety.flight import with_bar30, written
 from sternplane.study.safety.flight_list import again, short_revision
+from sternplane.study.safety.glossary import ACTUATORS, GLOSSARY, SENSORS, STAGES
 from sternplane.study.safety.judge import Ending, Judge
 from sternplane.study.safety.mission import DEPTH_MAX, ONSETS
 from sternplane.study.safety.mission_trials import SINKING
@@ -30,6 +32,7 @@ from firmware_py.adapters.installation import configs
 from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.marine import Eta
 from firmware_py.params import ParamError
+from firmware_py.records.command import AscentStage
 from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.health import ActuatorFault, SourceFault
 from firmware_py.records.order import Mode
@@ -733,6 +736,18 @@ def test_trials_that_need_no_name_are_told_apart_from_those_not_named_in_time():
     assert "fault named in time<b>0 of 1</b>" in page(found[1:], rows(found[1:]), ["one"], [])
 
 
+def test_every_word_for_what_is_named_and_done_has_its_meaning():
+    for kind, meanings in ((AscentStage, STAGES), (SourceFault, SENSORS), (ActuatorFault, ACTUATORS)):
+        assert meanings.keys() == set(kind) - {kind.NONE}
+    explained = {word for meanings in GLOSSARY.values() for word in meanings}
+    for line in RECORDED.read_text().splitlines():
+        found = json.loads(line)["found"]
+        spoken = {words(kind) for _, _, kind in found["said"]} | {words(cause) for _, cause in found["rules"]}
+        assert spoken | {f"stage {words(stage)}" for _, stage in found["stages"]} <= explained
+    html = page([flown("off:fix", SAFE)], [], ["one"], [])
+    assert f"<dt>stage waiting</dt>: <dd>{STAGES[AscentStage.WAITING]}</dd>" in html
+
+
 def test_a_flight_whose_depth_is_no_number_at_the_end_has_its_place_on_the_page():
     flight = flown("off:fix", [SAFE[0], (50.0, math.nan, Mode.MISSION, Cause.ORDERED)])
     html = page([flight], rows([flight]), ["one"], [])
@@ -748,6 +763,7 @@ def test_something_sound_and_a_needless_end_are_told_of_the_flight():
         assert "⇡ a rule ended the mission without cause: attitude lost." in opened(html, anchor)
 
 
+RECORDED = Path(__file__).parents[2] / "recorded" / "safety" / "flights.jsonl"
 SET = "vehicle.M_q=-0.02", "autopilot.estimation.coefficients.turbulence=[0, 0.07]"
 
 

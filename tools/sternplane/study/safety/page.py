@@ -26,6 +26,7 @@ from sternplane.study.safety.flight_list import (
     ended_so,
     finding_anchor,
 )
+from sternplane.study.safety.glossary import GLOSSARY
 from sternplane.study.safety.judge import SURFACE, TOO_DEEP, Ending
 from sternplane.study.safety.mission import BOTTOM, DEPTH_MAX, ONSETS, PLACES
 from sternplane.study.safety.overview import accused_of, counted, mood_of_wrong, named_enough, overview
@@ -115,7 +116,12 @@ def _matrix(verdicts: Sequence[Verdict], settings: Sequence[str]) -> Markup:
     ]
     template = environment(Path(__file__).parent).get_template("matrix.html")
     return Markup(
-        template.render(columns=COLUMNS, groups=[group for group in groups if group["lines"]], places=", ".join(PLACES))
+        template.render(
+            columns=COLUMNS,
+            groups=[group for group in groups if group["lines"]],
+            places=", ".join(PLACES),
+            glossary=GLOSSARY,
+        )
     )
 
 
