@@ -611,7 +611,9 @@ def test_flights_of_another_revision_are_named(tmp_path, few):
     lines = (tmp_path / "flights.jsonl").read_text()
     (tmp_path / "flights.jsonl").write_text(lines.replace('"r"', '"8cad8a3975bbba396c9bd805f3110716de200116"', 1))
     study(tmp_path)
-    assert "2 of 2 flights were made by another revision: 8cad8a39, r." in (tmp_path / "report.html").read_text()
+    told = (tmp_path / "report.html").read_text()
+    assert "2 of 2 flights were made by another revision: 8cad8a39, r." in told
+    assert "judged by the judge of today" in told
 
 
 def test_a_revision_is_named_by_its_first_digits_and_says_whether_it_was_changed():

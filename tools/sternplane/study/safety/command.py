@@ -26,6 +26,8 @@ from sternplane.study.safety.verdict import rows
 
 LIST = "list"
 """Of --trial: what there is."""
+_MOST = 4
+"""So many revisions are named; each flight of the page has its own."""
 TAKES = Takes(
     ("autopilot", "vehicle", "truth", "sensors", "io"),
     "the safety study sets mission, faults and sea itself; it takes keys of autopilot, vehicle, truth, sensors and io",
@@ -85,7 +87,13 @@ def _warnings(flights: Sequence[dict[str, Any]], revision: str) -> list[str]:
         return []
     count = sum(flight["revision"] in others for flight in flights)
     named = ", ".join(sorted(map(short_revision, others)))
-    return [f"{count} of {len(flights)} flights were made by another revision: {named}."]
+    by = f"another revision: {named}" if len(others) <= _MOST else f"{len(others)} other revisions"
+    return [
+        f"{count} of {len(flights)} flights were made by {by}. "
+        "They were found in this folder, and are judged by the judge of today; today they may fly otherwise. Of the "
+        "project's recorded flights those that a change of flying code may change were flown again. "
+        "Another --out flies all anew."
+    ]
 
 
 def _print(found: Sequence[Row]) -> None:
