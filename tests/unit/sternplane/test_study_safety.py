@@ -732,6 +732,21 @@ def test_where_a_recorded_flight_was_when_it_was_given_up_is_told_by_the_truth(f
     assert told in opened(page([flight], rows([flight]), ["one"], []), "off_fix.flown.0")
 
 
+@pytest.mark.parametrize(
+    ("title", "seconds", "told"),
+    [
+        ("off:fix", 10.0, "3 flights, one for each onset, about a minute:"),
+        ("off:fix", 60.0, "3 flights, one for each onset, about 3 minutes:"),
+        ("blocked pressure port", 10.0, "1 flight, about a minute:"),
+    ],
+)
+def test_how_many_flights_the_commands_of_a_flight_fly_stands_above_them(title, seconds, told):
+    flight = flown(title, SAFE) | {"cpu_s": seconds}
+    assert f"{told} sternplane study" in opened(
+        page([flight], rows([flight]), ["one"], []), f"{TRIALS[title].name}.flown.0"
+    )
+
+
 def test_trials_that_need_no_name_are_told_apart_from_those_not_named_in_time():
     found = [flown("off:fix", SAFE), flown("off:leak", SAFE)]
     assert "fault named in time; 1 more need no name<b>0 of 1</b>" in page(found, rows(found), ["one"], [])

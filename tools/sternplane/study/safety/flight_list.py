@@ -101,8 +101,17 @@ def _entry(v: Verdict, settings: Sequence[str]) -> dict[str, Any]:
         "misses": "; ".join(_misses(v)),
         "happened": _happened(v),
         "log": flight["log"],
+        "flies": _flies(v),
         "again": again(v, settings),
     }
+
+
+def _flies(v: Verdict) -> str:
+    """Return how many flights the commands fly, and how long they take."""
+    count = len(v.trial.onsets)
+    minutes = round(count * v.flight["cpu_s"] / 60.0)
+    time = f"{minutes} minutes" if minutes > 1 else "a minute"
+    return f"{count} flights, one for each onset, about {time}" if count > 1 else f"1 flight, about {time}"
 
 
 def _misses(v: Verdict) -> list[str]:
