@@ -146,8 +146,22 @@ def test_people_can_read_it(place: Path) -> None:
     result = called("passport", "given.json", "--config", str(configs() / "npsauv2"), cwd=place)
     assert result.returncode == 0
     assert ["N_dr", "-0.013", "-0.0117", "-10.0%", "1.40%"] in [line.split() for line in result.stdout.splitlines()]
-    assert "changed against the vehicle file: rudder -10 %, 7 sigma\n" in result.stdout
+    assert "what was learned, against the vehicle file of that flight: rudder -10 %, 7 sigma\n" in result.stdout
+    assert "file today" not in result.stdout
     assert called("passport", "dive/state", cwd=place).returncode == 0
+    (place / "other").mkdir()
+    (place / "other" / "vehicle.toml").write_text(
+        (configs() / "npsauv2" / "vehicle.toml").read_text().replace("N_dr = -1.3e-2", "N_dr = -1.17e-2")
+    )
+    (place / "other" / "autopilot.toml").write_text((configs() / "npsauv2" / "autopilot.toml").read_text())
+    result = called("passport", "given.json", "--config", "other", cwd=place)
+    assert (
+        "other begins with it: 10 coefficients known; its vehicle file is not that of that flight (N_dr)"
+        in result.stdout
+    )
+    assert result.stdout.endswith("the vehicle file in other of today: nothing is off by more than 3 sigma and 5 %\n")
+    row = ["N_dr", "-0.013", "-0.0117", "-10.0%", "1.40%", "-0.0117", "0.0%"]
+    assert row in [line.split() for line in result.stdout.splitlines()]
     result = called("passport", "given.json", "--config", str(configs() / "remus100"), cwd=place)
     assert result.returncode == 1
     assert "is of another vehicle: its name is" in result.stdout

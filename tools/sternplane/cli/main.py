@@ -132,8 +132,9 @@ def parser() -> argparse.ArgumentParser:
     passport = commands.add_parser(
         "passport",
         help="what a vehicle has learned of itself, as it keeps it between runs",
-        description="Prints a passport: coefficients with their 1 sigma, beside the vehicle file of then, and what is "
-        "far from it. With --config also whether that vehicle would begin with it.",
+        description="Prints a passport: coefficients with their 1 sigma, beside the vehicle file of the flight that "
+        "kept it, and what is far from it. With --config also whether that vehicle would begin with it, and what its "
+        "file says.",
         epilog="Exit status 0; 1 if the vehicle of --config would not begin with it; 2 for bad input.",
     )
     passport.add_argument("file", type=Path, metavar="FILE", help="a passport.json, or a state folder")
