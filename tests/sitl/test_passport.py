@@ -131,6 +131,7 @@ def test_it_leaves_one_that_nobody_reads_unless_told_to(place: Path) -> None:
     ):
         result = called("sitl", "--scenario", "brief.toml", "--out", name, *state, cwd=place)
         assert result.returncode == 0, result.stderr
+        assert "  no passport kept: no coefficient is valid at the end of the flight" in result.stdout
         assert ("passport" in read(place / name / "log.mcap").header["configuration"]["kept"]) is begins
     assert load_passport(place / "dive" / "state" / FILE) == left  # a second at the surface taught nothing
     assert not (place / "plain" / "state" / FILE).exists()

@@ -7,6 +7,7 @@ import contextlib
 import json
 from pathlib import Path
 
+from firmware_py import config_files
 from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.hil.hil_link import parse_hil_link, serve
 from firmware_py.adapters.storage.atomic_file import write_atomically
@@ -28,6 +29,7 @@ from sternplane.logs.truth_beside import TRUTH_FILE
 from sternplane.plain_console import PlainConsole
 from sternplane.sitl.flight import Flight, Outcome, fly
 from sternplane.sitl.held_log import HeldLog
+from sternplane.sitl.passport_note import PassportNote
 from sternplane.sitl.request import parse_settings, requested
 from sternplane.sitl.resumed_flight import prepare_to_resume
 from sternplane.sitl.run_traces import RunTraces
@@ -47,10 +49,12 @@ def command(options: argparse.Namespace) -> int:
     # What cannot be opened is refused before anything is written.
     (serve(address) if address else open_bus(bus)).close()
     with contextlib.ExitStack() as stack:
-        folder, log, outcome = _fly(options, flight, stack)
+        folder, log, outcome, passport = _fly(options, flight, stack)
         point_latest(folder)
         console = PlainConsole()
         console.print(summary_table(_leave(log, folder, not options.no_report)))
+        if passport:
+            console.print(f"  {passport}", highlight=False, soft_wrap=True)
     if log.removed:
         raise LogError(f"{folder / LOG_FILE}: was removed in flight, and is lost")
     for name in ("report.html", "summary.json", LOG_FILE):
@@ -59,8 +63,14 @@ def command(options: argparse.Namespace) -> int:
     return 0 if outcome.completed else 1
 
 
-def _fly(options: argparse.Namespace, flight: Flight, stack: contextlib.ExitStack) -> tuple[Path, HeldLog, Outcome]:
-    """Fly, and leave log and state in the folder of the run; return it, its log, held by a stack, and the outcome."""
+def _fly(
+    options: argparse.Namespace, flight: Flight, stack: contextlib.ExitStack
+) -> tuple[Path, HeldLog, Outcome, str]:
+    """Fly, and leave log and state in the folder of the run.
+
+    Returns:
+        The folder; its log, held by a stack; the outcome; why no passport was kept, "" if one was.
+    """
     virtual = options.bus.startswith("virtual") and not parse_hil_link(options.link)
     with (
         RunTraces() as traces,
@@ -85,6 +95,7 @@ def _fly(options: argparse.Namespace, flight: Flight, stack: contextlib.ExitStac
             flight.io.state.interval,
             lambda t: flight.autopilot.parts.supervisor.keep(t),
         )
+        note_of_passport = PassportNote(options.state or folder / "state")
         passports = PassportKeeper(
             stations.ground.save,
             lambda: flight.autopilot.parts.estimator.learned_model(),
@@ -98,6 +109,7 @@ def _fly(options: argparse.Namespace, flight: Flight, stack: contextlib.ExitStac
                 progress.update(cycle)
                 keeper.update(cycle)
                 passports.update(cycle)
+                note_of_passport.update(cycle)
                 log.update(cycle)
 
             def tell(sentence: str) -> None:
@@ -112,7 +124,8 @@ def _fly(options: argparse.Namespace, flight: Flight, stack: contextlib.ExitStac
     navigation = flight.autopilot.parts.estimator.keep()
     kept_navigation.save(options.state or folder / "state", navigation, keeper.speed, keeper.mode)
     passports.leave(options.state or folder / "state")
-    return folder, log, outcome
+    learns = config_files.autopilot_params(flight.configuration).estimation.learning.enabled
+    return folder, log, outcome, note_of_passport.text if learns else ""
 
 
 def _leave(log: HeldLog, folder: Path, wanted: bool) -> Summary:
