@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+from firmware_py.error_text import did_you_mean
 from sim_bridge.faults.channels import CHANNELS, SENSORS, base_of, channel_of
 
 FORM = "KIND:TARGET[=VALUE]@T[+DURATION]"
@@ -99,7 +100,8 @@ KINDS: tuple[Kind, ...] = (
     Kind("silent",    "NODE",      "",     False, "acts, but sends nothing", on_hil=False),
     Kind("silent",    "FIN",       "",     False, "moves, but its angle is not reported", on_hil=False),
     Kind("jam",       "FIN",       "deg",  False, "stays where it is; with a value, goes there and stays", -90.0, 90.0),
-    Kind("hard-over", "FIN",       "",     False, "goes to the positive end of its travel and stays"),
+    Kind("hard-over", "FIN",       "",     False,
+         "goes to the positive end of its travel and stays: a stern plane turns the bow down, a rudder to port"),
     Kind("lost",      "FIN",       "",     False, "makes no force"),
     Kind("weak",      "FIN",       "%",    True,  "makes this share of its force", 0.0, 100.0),
     Kind("slow",      "FIN",       "deg/s", True, "turns no faster than this", 0.01, 1000.0),
@@ -127,6 +129,30 @@ def kind_of(name: str, target: str) -> Kind | None:
         if (target == kind.group and kind.group not in GROUPS) or target in GROUPS.get(kind.group, ()):
             return kind
     return next((kind for kind in rows if kind.group == "FIN" and target not in named), None)
+
+
+_ALSO_CALLED: Mapping[str, str] = {
+    **dict.fromkeys(("gps", "gnss", "receiver"), "fix"),
+    **dict.fromkeys(("imu", "gyro", "gyros", "compass"), "ahrs"),
+    **dict.fromkeys(("depth", "barometer"), "pressure"),
+    **dict.fromkeys(("altitude", "sounder", "echosounder"), "altimeter"),
+    **dict.fromkeys(("motor", "thruster", "screw"), "propeller"),
+}
+"""What people write, and the target that they mean."""
+
+
+def meant(name: str, target: str, fins: Sequence[str] = ()) -> str:
+    """Return which target of a kind was probably meant, as the end of an error; "" where none is near."""
+    known = [*fins]
+    for kind in KINDS:
+        if kind.name == name:
+            known += GROUPS.get(kind.group, (kind.group,))
+    head, dot, rest = target.lower().partition(".")
+    device = _ALSO_CALLED.get(head, head)
+    exactly = f"{device}{dot}{rest}"
+    likely = [exactly] if exactly in known else [one for one in known if device and one.startswith(device)][:3]
+    said = f"did you mean {' or '.join(likely)}?" if likely else did_you_mean(target, known)
+    return f"; {said}" if said else ""
 
 
 def groups_of(name: str) -> str:
@@ -161,6 +187,9 @@ def help_text(aboard: bool = True) -> str:
         lines.append(f"  {name}: {known}; example {_EXAMPLES[name]}")
     others = (*_FURTHER_EXAMPLES, *(_EXAMPLES_ABOARD if aboard else ()))
     lines.append(f"  examples of the others: {', '.join(others)}")
+    lines.append(
+        "  ahrs: attitude, rates, heading; dvl: speed over ground, altitude; fix: the satellite receiver (GNSS, GPS)"
+    )
     lines.append("  pressure.2, ahrs.2.roll, ...: of the second device of a kind, if the io file has one")
     lines.append(
         "  battery and leak sensor are one role: off, silent, critical of battery strike both; off:leak only one"

@@ -6,6 +6,7 @@ from collections.abc import Container, Iterable, Sequence
 
 from firmware_py.error_text import quoted, shortened
 from firmware_py.params import ParamError
+from sim_bridge.faults.catalogue import meant
 from sim_bridge.faults.channels import SENSORS, base_of, sensor_of
 from sim_bridge.faults.fault import Fault
 
@@ -31,7 +32,8 @@ def refuse_absent(
             continue
         where = f"fault {shortened(fault.text)}"
         if fault.kind.group == "FIN" and fault.target not in fins:
-            raise ParamError(f"{where}: there is no fin {quoted(fault.target)}; known: {', '.join(fins)}")
+            known = f"{', '.join(fins)}{meant(fault.kind.name, fault.target, fins)}"
+            raise ParamError(f"{where}: there is no fin {quoted(fault.target)}; known: {known}")
         sensor = sensor_of(fault.target)
         if base_of(sensor) not in SENSORS:
             continue

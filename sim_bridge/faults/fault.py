@@ -7,10 +7,10 @@ import math
 import re
 from dataclasses import dataclass
 
-from firmware_py.error_text import quoted
+from firmware_py.error_text import quoted, shortened
 from firmware_py.params import ParamError
 from firmware_py.units import UNITS, to_si
-from sim_bridge.faults.catalogue import FORM, KINDS, Kind, groups_of, kind_of
+from sim_bridge.faults.catalogue import FORM, KINDS, Kind, groups_of, kind_of, meant
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _WRITTEN = re.compile(
@@ -66,7 +66,8 @@ def parse_fault(text: str) -> Fault:
         raise ParamError(f"fault {quoted(text)}: {name} is not known; known: {', '.join(names)}{also}")
     kind = kind_of(name, target)
     if kind is None:
-        raise ParamError(f"fault {quoted(text)}: {name} does not apply to {target}; it applies to {groups_of(name)}")
+        known = f"it applies to {groups_of(name)}{meant(name, target)}"
+        raise ParamError(f"fault {quoted(text)}: {name} does not apply to {shortened(target)}; {known}")
     return Fault(text.strip(), kind, target, _value(text, kind, target, found["value"]), t, duration)
 
 

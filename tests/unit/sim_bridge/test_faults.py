@@ -98,6 +98,8 @@ def test_every_kind_has_an_effect_and_stands_in_the_help():
     assert "jam:FIN[=VALUE] " in text
     assert "so many useless extra frames per second, of lowest priority (Hz" in text
     assert "[[environment.bottom]]" in text
+    assert "a stern plane turns the bow down, a rudder to port" in text
+    assert "fix: the satellite receiver (GNSS, GPS)" in text
     of_plant = help_text(aboard=False)
     for kind in KINDS:
         assert (f"{kind.name}:{kind.group}" in of_plant) is not kind.aboard
