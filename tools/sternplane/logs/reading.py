@@ -238,12 +238,20 @@ class Log(LoggedRun):
 
 
 def find(path: str | Path) -> Path:
-    """The log that is meant: a file, or the log.mcap in the folder of a run, or the oldest part that is left of it."""
+    """The log that is meant: a file, or the log.mcap in the folder of a run, or the oldest part that is left of it.
+
+    Raises:
+        LogError: the folder has none, but is one of runs.
+    """
     path = Path(path)
     if not path.is_dir():
         return path
-    parts = parts_in(path)
-    return parts[0][1] if parts else path / LOG_FILE
+    if parts := parts_in(path):
+        return parts[0][1]
+    runs = [path / "latest", *sorted((log.parent for log in path.glob("*/log*.mcap")), reverse=True)]
+    if run := next((run for run in runs if run.is_dir() and parts_in(run)), None):
+        raise LogError(f"{path}: a folder of runs, not a run; give one of them, such as {run}")
+    return path / LOG_FILE
 
 
 def read(path: str | Path) -> Log:
