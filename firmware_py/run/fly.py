@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -36,7 +36,7 @@ from firmware_py.run.run_folders import flight_folder, numbered_folder, point_la
 from firmware_py.run.service_manager import ServiceManager
 from firmware_py.run.session import Session
 from firmware_py.run.state_lock import alone_with
-from firmware_py.run.terminal import say
+from firmware_py.run.terminal import say, to_all
 from firmware_py.run.usage_error import UsageError
 from firmware_py.settings import Setting, lay_settings, of_file, parse_setting, plain_settings
 from firmware_py.tick import Rate
@@ -124,7 +124,7 @@ def _fly_alone(
     ):
         folder = numbered_folder(options.logs) if options.logs else flight_folder(options.out)
         ground, losses = stations.ground, stations.losses
-        tell = _to_all(lambda sentence: say(f"sternplane: {sentence}"), ground.say)
+        tell = to_all(lambda sentence: say(f"sternplane: {sentence}"), ground.say)
         notes += _save_state(stations, options.state, folder, options.logs)
         log = PartedLog(folder, header, io.log, autopilot.freeze, log_keeper, losses)
         keeper = kept_navigation.NavigationKeeper(
@@ -152,7 +152,7 @@ def _fly_alone(
             for sentence in log_keeper.said() if cycle.tick.every(Rate.HZ_1) else ():
                 tell(sentence)
 
-        losses.tell = _to_all(say, ground.say)
+        losses.tell = to_all(say, ground.say)
         recorder = FlightRecorder(log, after, losses, tell)
         if options.logs:
             recorder.begin()
@@ -234,16 +234,6 @@ def _leave(
         say(f"sternplane: {error}")
         return False
     return there
-
-
-def _to_all(*takers: Callable[[str], None]) -> Callable[[str], None]:
-    """Return what hands a sentence to all of these."""
-
-    def tell(sentence: str) -> None:
-        for taker in takers:
-            taker(sentence)
-
-    return tell
 
 
 def _how(last: Cycle | None, interrupted: bool, asked: str) -> str:

@@ -7,6 +7,7 @@ import os
 import re
 import sys
 import textwrap
+from collections.abc import Callable
 from typing import TextIO
 
 _HEAD = re.compile(r"sternplane: | *\d+\.\d\d s  ")
@@ -17,6 +18,16 @@ def say(line: str) -> None:
     """Print a line on stderr; a closed terminal does not end a flight."""
     with contextlib.suppress(OSError, ValueError):
         print(fitting(line, sys.stderr), file=sys.stderr, flush=True)
+
+
+def to_all(*takers: Callable[[str], None]) -> Callable[[str], None]:
+    """Return what hands a sentence to all of these."""
+
+    def tell(sentence: str) -> None:
+        for taker in takers:
+            taker(sentence)
+
+    return tell
 
 
 def fitting(line: str, out: TextIO) -> str:

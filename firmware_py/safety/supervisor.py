@@ -206,11 +206,13 @@ class Supervisor:
         """Restore the memory that `freeze` returned."""
         self._memory = memory
 
-    def _tell_of_health(self, state: StateEstimate, actuators: ActuatorHealth, nodes: NodeBits, fix: bool) -> None:
+    def _tell_of_health(
+        self, state: StateEstimate, actuators: ActuatorHealth, nodes: NodeBits, fix_heard: bool
+    ) -> None:
         was, limit = self._memory, self._params.actuators.release_time
         self.events = (
             *candidate_events(was.candidates, state.candidates),
-            *sensor_events(was.sensors, state.sensors, fix),
+            *sensor_events(was.sensors, state.sensors, fix_heard),
             *actuator_events(was.actuators, actuators, self._fin_names),
             *weight_events(was.actuators.drop_weight, actuators.drop_weight, limit),
             *node_events(was.nodes, nodes, self._fin_names, self._shared_nodes),

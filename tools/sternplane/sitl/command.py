@@ -17,7 +17,7 @@ from firmware_py.run import kept_navigation
 from firmware_py.run.ground_links import open_ground
 from firmware_py.run.kept_passport import PassportKeeper
 from firmware_py.run.run_folders import LOG_FILE, flight_folder, point_latest
-from firmware_py.run.terminal import say
+from firmware_py.run.terminal import say, to_all
 from firmware_py.run.usage_error import UsageError
 from sternplane.cli import extras
 from sternplane.cli.progress import Progress
@@ -112,11 +112,7 @@ def _fly(
                 note_of_passport.update(cycle)
                 log.update(cycle)
 
-            def tell(sentence: str) -> None:
-                progress.tell(sentence)
-                stations.ground.say(sentence)
-
-            stations.losses.tell = tell
+            stations.losses.tell = to_all(progress.tell, stations.ground.say)
             if virtual:
                 outcome = fly(flight, folder / LOG_FILE, watch, stations.merged_with, stations.losses)
             else:
