@@ -141,18 +141,28 @@ _ALSO_CALLED: Mapping[str, str] = {
 """What people write, and the target that they mean."""
 
 
+def likely_targets(name: str, target: str, fins: Sequence[str] = ()) -> list[str]:
+    """Return the targets of a kind that one by that name, or by another of its device's names, may stand for."""
+    known = _known(name, fins)
+    head, dot, rest = target.lower().partition(".")
+    device = _ALSO_CALLED.get(head, head)
+    exactly = f"{device}{dot}{rest}"
+    return [exactly] if exactly in known else [one for one in known if device and one.startswith(device)][:3]
+
+
 def meant(name: str, target: str, fins: Sequence[str] = ()) -> str:
     """Return which target of a kind was probably meant, as the end of an error; "" where none is near."""
+    likely = likely_targets(name, target, fins)
+    said = f"did you mean {' or '.join(likely)}?" if likely else did_you_mean(target, _known(name, fins))
+    return f"; {said}" if said else ""
+
+
+def _known(name: str, fins: Sequence[str]) -> list[str]:
     known = [*fins]
     for kind in KINDS:
         if kind.name == name:
             known += GROUPS.get(kind.group, (kind.group,))
-    head, dot, rest = target.lower().partition(".")
-    device = _ALSO_CALLED.get(head, head)
-    exactly = f"{device}{dot}{rest}"
-    likely = [exactly] if exactly in known else [one for one in known if device and one.startswith(device)][:3]
-    said = f"did you mean {' or '.join(likely)}?" if likely else did_you_mean(target, known)
-    return f"; {said}" if said else ""
+    return known
 
 
 def groups_of(name: str) -> str:

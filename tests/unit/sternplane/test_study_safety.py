@@ -454,9 +454,20 @@ def test_one_trial_is_flown_alone():
     assert [job.trial for job in jobs(range(2), short=True, titles=["lost:station"])] == ["lost:station"]
 
 
-def test_a_trial_that_is_not_known_names_the_nearest():
-    with pytest.raises(UsageError, match=r"--trial 'of:dvl': is unknown; did you mean 'off:dvl'"):
-        jobs(range(1), short=False, titles=["of:dvl"])
+def test_quiet_flights_are_flown_alone_one_with_each_seed():
+    chosen = jobs(range(3, 5), short=False, titles=["quiet"])
+    assert [(job.trial, job.seed, job.duration) for job in chosen] == [("", 3, 600.0), ("", 4, 600.0)]
+    both = jobs(range(3, 4), short=False, titles=["off:esc", "quiet"])
+    assert [job.trial for job in both] == ["off:esc"] * 3 + [""]
+
+
+@pytest.mark.parametrize(
+    ("title", "meant"),
+    [("of:dvl", "'off:dvl'"), ("off:gps", "'off:fix'"), ("off:imu", "'off:ahrs'"), ("silent", "'silent:esc'")],
+)
+def test_a_trial_that_is_not_known_names_what_is_meant(title: str, meant: str) -> None:
+    with pytest.raises(UsageError, match=rf"--trial '{title}': is unknown; did you mean {meant}"):
+        jobs(range(1), short=False, titles=[title])
 
 
 def test_a_scenario_of_a_job_is_one(tmp_path):
@@ -816,6 +827,18 @@ def test_a_warning_that_is_right_before_the_fault_is_no_alarm(title, alarm):
     verdict = judge(flown(title, SAFE, onset=2))
     found = {**verdict.flight["found"], "rules": [[60.5, "DEPTH_UNCHECKED"]]}
     assert judge({**verdict.flight, "found": found}).early is alarm
+
+
+def test_the_page_shows_what_a_quiet_flight_said_and_how_it_is_flown_again():
+    calm = flown("off:fix", SAFE) | {"trial": "", "onset": -1, "eddies": 0.0, "seed": 1002}
+    assert "with a false alarm" in page([calm], rows([calm]), (), ())
+    said = calm["found"] | {"said": [(12.5, "dvl", "DRIFT")], "rules": [(20.0, "LEAK")]}
+    alarmed = calm | {"seed": 1004, "found": said, "log": "logs/quiet.-1.1004.mcap"}
+    text = page([calm, alarmed], rows([calm, alarmed]), (), (), ["io.rate_hz=100"])
+    assert "dvl drift at 12.5 s, rule: leak at 20 s" in text
+    again = "sternplane study safety --trial quiet --seeds 1004:1005 --set io.rate_hz=100 --out runs/quiet.1004"
+    assert again in text
+    assert "quiet" not in page([flown("off:fix", SAFE)], rows([flown("off:fix", SAFE)]), (), ())
 
 
 def test_an_interrupted_campaign_leaves_the_page_of_what_was_flown(tmp_path, monkeypatch, capsys):

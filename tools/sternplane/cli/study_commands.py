@@ -70,8 +70,8 @@ def add_studies(commands: Any, lazily: Lazily) -> None:
         action="append",
         default=[],
         metavar="TITLE",
-        help="this trial alone, as the report names it, such as off:dvl, without quiet flights; may be repeated; list "
-        "prints all of them",
+        help="this trial alone, as the report names it, such as off:dvl; may be repeated; quiet is a flight "
+        "without a fault with each seed; list prints all of them",
     )
     _add_leaving(safety, "autopilot, vehicle, truth, sensors or io")
     safety.set_defaults(run=lazily("sternplane.study.safety.command", kernels=KERNELS, draws=True))

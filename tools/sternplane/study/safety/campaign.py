@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from firmware_py.error_text import quoted
 from firmware_py.run.usage_error import UsageError
+from sim_bridge.faults.catalogue import likely_targets
 from sternplane.study.safety import mission_trials, other_vehicle_trials, sensor_trials, vehicle_trials
 from sternplane.study.safety.mission import QUIET
 from sternplane.study.safety.trial import Group, Trial
@@ -19,6 +20,9 @@ LEFT_OUT = {
     "jump:clock": "needs ticks that keep the time of a clock: --pace realtime, a flight of minutes each",
 }
 """Kinds of the catalogue that no trial has, and why."""
+QUIET_FLIGHTS = "quiet"
+"""What stands for the flights without a fault among the titles of trials."""
+LISTED = (*TRIALS, QUIET_FLIGHTS)
 SEEDS = 8
 """How many seeds, unless told otherwise."""
 _QUIET_FLIGHTS = 100
@@ -69,46 +73,52 @@ class Job(NamedTuple):
 
 
 def trials_of(titles: Sequence[str]) -> list[Trial]:
-    """Return the trials of these titles.
+    """Return the trials of these titles, without the quiet flights.
 
     Raises:
         UsageError: there is none of a title; it says which is meant probably.
     """
     for title in titles:
-        if title not in TRIALS:
-            near = difflib.get_close_matches(title, TRIALS, n=3)
+        if title not in LISTED:
+            kind, _, target = title.partition(":")
+            likely = [f"{kind}:{one}" for one in likely_targets(kind, target)] if target else []
+            near = [one for one in likely if one in TRIALS] or difflib.get_close_matches(title, LISTED, n=3)
             meant = f"did you mean {' or '.join(map(quoted, near))}?" if near else "--trial list names them all"
             raise UsageError(f"--trial {quoted(title)}: is unknown; {meant}")
-    return [TRIALS[title] for title in dict.fromkeys(titles)]
+    return [TRIALS[title] for title in dict.fromkeys(titles) if title != QUIET_FLIGHTS]
 
 
 def jobs(seeds: range, short: bool, titles: Sequence[str] = ()) -> list[Job]:
     """Return every flight, seed by seed, so that a campaign that was broken off has all faults.
 
-    With `titles` those of some trials alone, without quiet flights.
+    With `titles` those of some trials alone; `QUIET_FLIGHTS` among them stands for a quiet flight with each seed.
     """
     chosen = trials_of(titles)
-    found = list(_short(seeds, chosen)) if short else list(_full(seeds, chosen))
+    if short:
+        found = _short(seeds, chosen if titles else [trial for trial in TRIALS.values() if trial.short])
+        count, duration = _SHORT_FLIGHTS, _QUIET_SHORT
+    else:
+        found = _full(seeds, chosen if titles else [*TRIALS.values()])
+        count, duration = min(_QUIET_FLIGHTS, -(-_QUIET_FLIGHTS * len(seeds) // SEEDS)), QUIET
+    if titles:
+        count = len(seeds) if QUIET_FLIGHTS in titles else 0
+    found += [Job("", -1, seeds.start + k, duration, keep=short or k == 0) for k in range(count)]
     every = max(1, len(found) // (_SHORT_REPLAYS if short else _REPLAYS))
     return [job._replace(replay=i % every == every - 1) for i, job in enumerate(found)]
 
 
-def _full(seeds: range, chosen: Sequence[Trial]) -> Iterator[Job]:
-    for seed in seeds:
-        for trial in chosen or TRIALS.values():
-            for onset in trial.onsets:
-                yield Job(trial.title, onset, seed, keep=seed == seeds.start)
-    if chosen:
-        return
-    for k in range(min(_QUIET_FLIGHTS, -(-_QUIET_FLIGHTS * len(seeds) // SEEDS))):
-        yield Job("", -1, seeds.start + k, QUIET, keep=k == 0)
+def _full(seeds: range, trials: Sequence[Trial]) -> list[Job]:
+    return [
+        Job(trial.title, onset, seed, keep=seed == seeds.start)
+        for seed in seeds
+        for trial in trials
+        for onset in trial.onsets
+    ]
 
 
-def _short(seeds: range, chosen: Sequence[Trial]) -> Iterator[Job]:
-    """These trials, or those of the short form, each at one onset: shallow, in the middle, deep, and so on."""
-    for i, trial in enumerate(chosen or [trial for trial in TRIALS.values() if trial.short]):
-        yield Job(trial.title, trial.onsets[i % len(trial.onsets)], seeds[i % len(seeds)], keep=True)
-    if chosen:
-        return
-    for k in range(_SHORT_FLIGHTS):
-        yield Job("", -1, seeds.start + k, _QUIET_SHORT, keep=True)
+def _short(seeds: range, trials: Sequence[Trial]) -> list[Job]:
+    """Return each trial at one onset: shallow, in the middle, deep, and so on."""
+    return [
+        Job(trial.title, trial.onsets[i % len(trial.onsets)], seeds[i % len(seeds)], keep=True)
+        for i, trial in enumerate(trials)
+    ]

@@ -16,7 +16,7 @@ from sternplane.sitl.taken_settings import Takes, taken, told
 from sternplane.study.begun_with import refuse_other
 from sternplane.study.command import JUDGED_FROM, leave_results, print_missed, print_places, refuse_values
 from sternplane.study.rows import Row
-from sternplane.study.safety.campaign import SEEDS, TRIALS, jobs
+from sternplane.study.safety.campaign import LISTED, SEEDS, jobs
 from sternplane.study.safety.flight import vehicle_of
 from sternplane.study.safety.flight_list import short_revision
 from sternplane.study.safety.page import page
@@ -38,7 +38,7 @@ TAKES = Takes(
 def command(options: argparse.Namespace) -> int:
     """Run the campaign, or list its trials; return 0 if no flight is unsafe and every target is met, else 1."""
     if LIST in options.trial:
-        print("\n".join(TRIALS))
+        print("\n".join(LISTED))
         return 0
     seeds = seeds_of(options.seeds, range(JUDGED_FROM, JUDGED_FROM + SEEDS))
     wanted, revision = jobs(seeds, options.short, options.trial), version.git_revision()

@@ -79,9 +79,14 @@ def blocks(those: Sequence[Verdict], settings: Sequence[str]) -> list[dict[str, 
 def again(v: Verdict, settings: Sequence[str]) -> str:
     """Return the commands that fly a flight again, at every onset of its trial, and list the events of its log."""
     job = Job(v.trial.title, v.flight["onset"], v.flight["seed"])
-    out = f"runs/{v.trial.name}.{job.seed}"
+    return commands(job, job.trial, v.trial.name, settings)
+
+
+def commands(job: Job, title: str, name: str, settings: Sequence[str]) -> str:
+    """Return the commands that fly a trial of this title and name with the seed of a job, and list the job's events."""
+    out = f"runs/{name}.{job.seed}"
     laid = [part for setting in settings for part in ("--set", setting)]
-    study = ["--trial", job.trial, "--seeds", f"{job.seed}:{job.seed + 1}", *laid, "--out", out]
+    study = ["--trial", title, "--seeds", f"{job.seed}:{job.seed + 1}", *laid, "--out", out]
     return f"sternplane study safety {shlex.join(study)}\nsternplane log {shlex.quote(f'{out}/{LOGS}/{job.file}')}"
 
 

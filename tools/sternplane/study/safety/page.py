@@ -30,6 +30,7 @@ from sternplane.study.safety.glossary import GLOSSARY
 from sternplane.study.safety.judge import SURFACE, TOO_DEEP, Ending
 from sternplane.study.safety.mission import BOTTOM, DEPTH_MAX, ONSETS, PLACES
 from sternplane.study.safety.overview import accused_of, counted, mood_of_wrong, named_enough, overview
+from sternplane.study.safety.quiet_flights import quiet_section
 from sternplane.study.safety.trial import Trial
 from sternplane.study.safety.verdict import Verdict, by_trial, judge
 
@@ -49,6 +50,7 @@ def page(
     missed, judged = sum(row.ok is False for row in rows), sum(row.ok is not None for row in rows)
     excused = sum(v.ending.unsafe and v.excused for v in verdicts)
     named = [v for v in verdicts if v.trial.named is not None]
+    quiet = quiet_section(flights, settings)
     return render(
         Page(
             title="Safety study",
@@ -81,6 +83,7 @@ def page(
             sections=[
                 Section("At a glance", text=overview(verdicts), wide=True, anchor="overview"),
                 Section("Faults and outcomes", text=_matrix(verdicts, settings), wide=True, anchor="matrix"),
+                *([quiet] if quiet else []),
                 Section("Targets", tables=(_targets(rows),), wide=True, anchor="targets"),
                 Section(
                     "Kinds of faults that are not flown", tables=(Table([*map(list, LEFT_OUT.items())]),), wide=True
