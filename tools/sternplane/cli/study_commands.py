@@ -58,7 +58,7 @@ def add_studies(commands: Any, lazily: Lazily) -> None:
         "safety",
         help="every fault at several depths, judged by the truth",
         description="Flies every fault at three onsets with every seed on all cores, judges the flights by the truth, "
-        "and leaves report.html, results.json, flights.jsonl and logs. These are 4,740 flights, some 300 h under water "
+        "and leaves report.html, results.json, flights.jsonl and logs. These are 4,788 flights, some 300 h under water "
         "and a day of one processor; the short form has 40 flights, some 2 h under water. A second start with the same "
         "--out goes on where the first was broken off.",
         epilog="Exit status 0 if no flight is unsafe and every target is met, 1 if not (what is missed is named), "

@@ -1,4 +1,4 @@
-"""The trials of heavy hulls, of what sinks again, of slow missions, of deep water and of currents from astern."""
+"""The trials of heavy hulls, of what sinks again, of slow missions, of deep water and of currents along the course."""
 
 from __future__ import annotations
 
@@ -121,9 +121,30 @@ DEEP = Group(
         ),
     ),
 )
-FOLLOWING = Group(
-    "Currents from astern",
+_STEPS_BY_MORE = (
+    *CURRENT_STEP,
+    Allowed(
+        ("propeller",),
+        ("LOST",),
+        "the step is more than safety.actuators.current, 1 m/s: a propeller without force slows the hull alike",
+    ),
+)
+ALONG = Group(
+    "Currents from ahead and astern",
     (
+        Trial(
+            "set:current.north=-1.4",
+            ("set:current.north=-1.4@{t}",),
+            note="it holds its speed over the ground as far as its propeller can",
+            allowed=_STEPS_BY_MORE,
+        ),
+        Trial(
+            "set:current.north=-2.5",
+            ("set:current.north=-2.5@{t}",),
+            note="it is carried off astern",
+            ends="a propeller that makes no force is one to come up with: which it is nothing aboard can know",
+            allowed=_STEPS_BY_MORE,
+        ),
         Trial(
             "set:current.north=1",
             ("set:current.north=1@{t}",),
@@ -151,4 +172,4 @@ FOLLOWING = Group(
         ),
     ),
 )
-GROUPS = (HEAVY, SINKING, SLOW, DEEP, FOLLOWING)
+GROUPS = (HEAVY, SINKING, SLOW, DEEP, ALONG)
