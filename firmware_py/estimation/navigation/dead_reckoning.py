@@ -152,14 +152,10 @@ def take_fix(
     first of a run, show that the vehicle was carried, or the estimate wrong: that fix is the position then. What fixes
     leave the position by on the average, beyond chance, it is off by, and the velocity by what they move it then.
     """
-    if not is_fresh(heard, memory.t_fix, t):
+    place = _place(params, heard.value, origin) if is_fresh(heard, memory.t_fix, t) else None
+    if place is None:
         return memory
-    latitude, longitude, std = heard.value
-    if not (abs(latitude) <= math.pi / 2 and abs(longitude) <= math.tau and 0.0 < std <= params.fix_std_max):
-        return memory
-    x, y = geodetic_to_local(origin, latitude, longitude)
-    if not math.hypot(x, y) <= params.fix_range:
-        return memory
+    x, y, std = *place, heard.value.std
     age = t - heard.t_valid
     dx, dy = x + velocity[0] * age - memory.x, y + velocity[1] * age - memory.y
     variance, off = memory.walk + memory.drift**2, dx * dx + dy * dy
@@ -173,20 +169,15 @@ def take_fix(
             return memory._replace(t_fix=heard.t_valid, refused=refused, off_x=dx, off_y=dy)
     if beyond:
         variance, jump = off, math.sqrt(off)
-    interval = heard.t_valid - memory.t_fix
-    left_x, left_y, astray = memory.left_x, memory.left_y, memory.astray * (1.0 - 1.0 / _AVERAGED)
-    if beyond or interval > _RUN or pinged is not memory.pinged:  # it is put right, or of another velocity
-        left_x = left_y = astray = 0.0
     usual = math.sqrt(variance + 2.0 * std**2)
-    if not beyond:
-        left_x, left_y = left_x + (dx / usual - left_x) / _AVERAGED, left_y + (dy / usual - left_y) / _AVERAGED
+    left_x, left_y, astray = _left(memory, heard.t_valid, beyond, pinged, dx / usual, dy / usual)
     left = math.hypot(left_x, left_y)
     surprises = left > _CHANCE / math.sqrt(2 * _AVERAGED - 1)
     if surprises:
         variance = max(variance, (left * usual) ** 2)
     gain = variance / (variance + 2.0 * std**2)
     if surprises:
-        astray = gain * left * usual / interval
+        astray = gain * left * usual / (heard.t_valid - memory.t_fix)
     return PositionMemory(
         memory.x + gain * dx,
         memory.y + gain * dy,
@@ -201,6 +192,27 @@ def take_fix(
         doubt=memory.doubt,
         moved=_moved(memory.moved, heard.t_valid, gain * dx, gain * dy),
     )
+
+
+def _place(params: PositionParams, fix: Fix, origin: Origin) -> tuple[float, float] | None:
+    """Return where a fix is, north and east of the origin, m; None if it can be no place of this vehicle."""
+    if not (abs(fix.latitude) <= math.pi / 2 and abs(fix.longitude) <= math.tau and 0.0 < fix.std <= params.fix_std_max):
+        return None
+    x, y = geodetic_to_local(origin, fix.latitude, fix.longitude)
+    return (x, y) if math.hypot(x, y) <= params.fix_range else None
+
+
+def _left(
+    memory: PositionMemory, t: float, beyond: bool, pinged: bool, off_x: float, off_y: float
+) -> tuple[float, float, float]:
+    """Return by what fixes up to one of t, s, leave the position, in sigmas, and what is left of a velocity astray, m/s.
+
+    That fix is off by `off_x` and `off_y`, in sigmas, or `beyond` what counts as chance.
+    """
+    x, y, astray = memory.left_x, memory.left_y, memory.astray * (1.0 - 1.0 / _AVERAGED)
+    if beyond or t - memory.t_fix > _RUN or pinged is not memory.pinged:  # it is put right, or of another velocity
+        x = y = astray = 0.0
+    return (x, y, astray) if beyond else (x + (off_x - x) / _AVERAGED, y + (off_y - y) / _AVERAGED, astray)
 
 
 def take_back(params: PositionParams, memory: PositionMemory, since: float) -> PositionMemory:
