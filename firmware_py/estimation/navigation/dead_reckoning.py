@@ -196,16 +196,17 @@ def take_fix(
 
 def _place(params: PositionParams, fix: Fix, origin: Origin) -> tuple[float, float] | None:
     """Return where a fix is, north and east of the origin, m; None if it can be no place of this vehicle."""
-    if not (abs(fix.latitude) <= math.pi / 2 and abs(fix.longitude) <= math.tau and 0.0 < fix.std <= params.fix_std_max):
+    latitude, longitude, std = fix
+    if not (abs(latitude) <= math.pi / 2 and abs(longitude) <= math.tau and 0.0 < std <= params.fix_std_max):
         return None
-    x, y = geodetic_to_local(origin, fix.latitude, fix.longitude)
+    x, y = geodetic_to_local(origin, latitude, longitude)
     return (x, y) if math.hypot(x, y) <= params.fix_range else None
 
 
 def _left(
     memory: PositionMemory, t: float, beyond: bool, pinged: bool, off_x: float, off_y: float
 ) -> tuple[float, float, float]:
-    """Return by what fixes up to one of t, s, leave the position, in sigmas, and what is left of a velocity astray, m/s.
+    """Return by what fixes up to one of t, s, leave the position, in sigmas, and by how much the velocity is off, m/s.
 
     That fix is off by `off_x` and `off_y`, in sigmas, or `beyond` what counts as chance.
     """
