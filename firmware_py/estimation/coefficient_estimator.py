@@ -22,7 +22,7 @@ from firmware_py.estimation.inherited import learned_model, prior
 from firmware_py.estimation.learning_params import LearningParams
 from firmware_py.estimation.model.state import CURRENT_EAST, CURRENT_NORTH, MOVING, STILL
 from firmware_py.estimation.navigation.velocity import FilterVelocity
-from firmware_py.estimation.value_bounds import ValueBounds, unbounded
+from firmware_py.estimation.value_bounds import ValueBounds, possible, unbounded
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import Learned, StateEstimate
 from firmware_py.records.event import Cause, Event
@@ -86,8 +86,8 @@ class CoefficientEstimator:
         self._variances = [P.diagonal()[self._learned] for P in self.ekf.P]
         """Of the coefficients, by filter: views of the covariances."""
         self._std, self._ever = np.zeros(count), np.zeros(count, dtype=np.bool_)
-        self._low = self.ekf.tuning.lower[self._learned].tolist()
-        self._high = self.ekf.tuning.upper[self._learned].tolist()
+        lower, upper = self.ekf.tuning.lower[self._learned], self.ekf.tuning.upper[self._learned]
+        self._possible = possible(self.ekf.names, lower.tolist(), upper.tolist())
         self._intensities = coefficients.turbulence
         self._bounds = unbounded(count)
         self._forget()
@@ -241,14 +241,14 @@ class CoefficientEstimator:
     def _valid(self, value: list[float], sigma: list[float]) -> tuple[bool, ...]:
         """Return what may be relied on: what is valid, was confirmed by a pass over the whole flight, and still holds.
 
-        A value that its bound has stopped is no estimate: it has to be a sigma away.
+        A value that its bound has stopped is no estimate: it has to be a sigma away, and from a sign that cannot be.
         """
         valid, iterated = self._health.sure(sigma), self.ekf.confirmed.holds.tolist()
         known = self._begun and self._whole
         free = [
             a and b and not self._doubts.fins.holds(n) for a, b, n in zip(valid, iterated, self.ekf.names, strict=True)
         ]
-        each = zip(free, self._low, value, self._high, sigma, strict=True)
+        each = zip(free, self._possible.low, value, self._possible.high, sigma, strict=True)
         return tuple([known and a and low + s < x < high - s for a, low, x, high, s in each])
 
     def _report(self) -> tuple[Event, ...]:

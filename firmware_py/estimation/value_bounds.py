@@ -10,6 +10,8 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from firmware_py.vehicle.vehicle import NEGATIVE
+
 SIGMAS = 5.0
 """A later value may differ by so many of the sigmas of then."""
 
@@ -36,3 +38,9 @@ class ValueBounds(NamedTuple):
 def unbounded(count: int) -> ValueBounds:
     """Return the bounds of coefficients that were never valid."""
     return ValueBounds((-math.inf,) * count, (math.inf,) * count)
+
+
+def possible(names: Sequence[str], low: Sequence[float], high: Sequence[float]) -> ValueBounds:
+    """Return between what each coefficient can be: in the filter's bounds, and of the sign that every vehicle has."""
+    signed = [min(x, 0.0) if name in NEGATIVE else x for name, x in zip(names, high, strict=True)]
+    return ValueBounds(tuple(low), tuple(signed))

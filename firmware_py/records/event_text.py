@@ -100,7 +100,8 @@ def _text(events: Sequence[Event], name: ModeName) -> str:
         return f"{_manoeuvre(first)}: {report_text(events)}"
     if first.kind is EventKind.MODEL_CHANGED:
         what = "this flight against the earlier" if first.numbers[0] else "earlier flight against the vehicle file"
-        return f"{what}: {'; '.join(moved_text(event.names[0], *event.numbers[1:]) for event in events)}"
+        moved = [moved_text(event.names[0], event.names[1], *event.numbers[1:]) for event in events]
+        return f"{what}: {'; '.join(moved)}"
     return _ONE[first.kind](first, name)
 
 

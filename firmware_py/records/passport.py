@@ -165,9 +165,13 @@ def moved(model: LearnedModel, before: Sequence[float], now: Sequence[float], st
     return list(found.values())
 
 
-def moved_text(group: str, share: float, sigmas: float) -> str:
-    """Return a clause such as "rudder -22 %, 6 sigma"."""
-    return f"{group} {100.0 * share:+.0f} %, {sigmas:.0f} sigma"
+def moved_text(group: str, name: str, share: float, sigmas: float) -> str:
+    """Return a clause such as "rudder (N_dr) -22 %, 6 sigma".
+
+    The coefficients of a group may move to either side, so that of two flights each may show another best.
+    """
+    what = group if name == group else f"{group} ({name})"
+    return f"{what} {100.0 * share:+.0f} %, {sigmas:.0f} sigma"
 
 
 def trimmed(model: LearnedModel) -> list[str]:

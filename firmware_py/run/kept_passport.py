@@ -156,7 +156,7 @@ def _beside_file(model: LearnedModel, filters: BankArrays) -> LearnedModel:
 def against_file(model: LearnedModel) -> str:
     """Return what of a model changed against vehicle.toml, such as "rudder -22 %, 6 sigma"; "" if nothing did."""
     found = passport.moved(model, model.file, model.value, model.std)
-    moved = [passport.moved_text(one.group, one.share, one.sigmas) for one in found]
+    moved = [passport.moved_text(*one) for one in found]
     return "; ".join([*moved, *passport.trimmed(model)])
 
 

@@ -117,6 +117,11 @@ class SensorPlaces:
 
 _COEFFICIENTS = tuple(each.name for each in fields(Coefficients))
 
+_STEERING = ("M_ds", "N_dr")
+_DAMPING = ("Y_v", "Z_w", "K_p", "M_q", "N_r")
+NEGATIVE = (*_STEERING, *_DAMPING)
+"""What no vehicle has with the other sign: a positive fin angle turns the bow down, or to port; and water brakes."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Vehicle:
@@ -137,11 +142,14 @@ class Vehicle:
     sensors: SensorPlaces = field(default_factory=SensorPlaces)
 
     def __post_init__(self) -> None:
-        for name in ("M_ds", "N_dr"):
+        for name in _STEERING:
             if not getattr(self.coefficients, name) < 0.0:
                 raise ParamError(
                     f"coefficients: {name} must be negative: a positive fin angle turns the bow down, or to port"
                 )
+        for name in _DAMPING:
+            if getattr(self.coefficients, name) > 0.0:
+                raise ParamError(f"coefficients: {name} must not be positive: water brakes that motion")
         if self.propeller.n_max < self.propeller.n_trim:
             raise ParamError("propeller: n_max_rpm is below n_trim_rpm")
         _ = self.effectiveness

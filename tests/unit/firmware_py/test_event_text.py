@@ -136,7 +136,8 @@ def test_all_that_changed_of_a_vehicle_is_one_sentence() -> None:
     kind = EventKind.MODEL_CHANGED
     moved = [event(kind, numbers=(1.0, -0.22, 6.2), names=("rudder", "N_dr"))]
     moved += [event(kind, numbers=(1.0, 0.117, 4.0), names=("yaw damping", "N_r"))]
-    assert texts(moved) == ["this flight against the earlier: rudder -22 %, 6 sigma; yaw damping +12 %, 4 sigma"]
+    clauses = "rudder (N_dr) -22 %, 6 sigma; yaw damping (N_r) +12 %, 4 sigma"
+    assert texts(moved) == [f"this flight against the earlier: {clauses}"]
 
 
 @pytest.mark.parametrize(

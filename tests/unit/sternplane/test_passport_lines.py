@@ -45,7 +45,7 @@ def test_what_is_not_valid_is_sorted_by_whether_laws_go_by_it() -> None:
 def test_the_file_of_that_flight_is_named_and_that_of_today_beside_it() -> None:
     said = [*lines(found())]
     assert said[1].split() == ["file", "then", "learned", "change", "1", "sigma"]
-    assert said[-1] == "what was learned, against the vehicle file of that flight: pitch damping +50 %, 20 sigma"
+    assert said[-1] == "what was learned, against the vehicle file of that flight: pitch damping (M_q) +50 %, 20 sigma"
     said = [*lines(found(), Today((-0.06, 0.02, 0.1), AdoptionParams()))]
     assert said[1].split()[-3:] == ["file", "today", "change"]
     assert said[2].split() == ["M_q", "-0.04", "-0.06", "+50.0%", "2.50%", "-0.06", "0.0%"]

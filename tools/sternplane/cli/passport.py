@@ -102,7 +102,7 @@ def _same(a: float, b: float) -> bool:
 
 
 def _changed(model: LearnedModel) -> str:
-    return against_file(model) or "nothing is off by more than 3 sigma and 5 %"
+    return against_file(model) or "nothing that is known well enough is off by more than 3 sigma and 5 %"
 
 
 def lines(found: Mapping[str, Any], today: Today | None = None) -> Iterator[str]:

@@ -344,13 +344,14 @@ def told(adoption: Adoption, ticks: int, what: Learned, armed: bool, asked: bool
 def test_what_changed_is_told_to_who_wants_to_arm_and_after_the_flight() -> None:
     adoption = Adoption(AdoptionParams(), POLES, TEN, VEHICLE)
     adoption.begin(earlier(N_dr=0.78, Y_dr=1.04, M_q=1.5))
-    before = "earlier flight against the vehicle file: pitch damping +50 %, 25 sigma; rudder -22 %, 11 sigma"
+    clauses = "pitch damping (M_q) +50 %, 25 sigma; rudder (N_dr) -22 %, 11 sigma"
+    before = f"earlier flight against the vehicle file: {clauses}"
     assert told(adoption, 11, replace(learned(), valid=(False,) * 10), armed=False) == []
     assert told(adoption, 1, learned(), armed=False, asked=True) == [before]
     assert told(adoption, 11, learned(N_dr=0.5, Y_dr=1.04, M_q=1.5), armed=True, asked=True) == []
     fresh = Adoption(AdoptionParams(), POLES, TEN, VEHICLE)
     fresh.thaw(adoption.freeze())
-    after = ["this flight against the earlier: rudder -36 %, 10 sigma"]
+    after = ["this flight against the earlier: rudder (N_dr) -36 %, 10 sigma"]
     nothing = replace(learned(M_ds=9.0), valid=(False,) * 10)
     assert told(fresh, 1, nothing, armed=False) == after == told(adoption, 1, nothing, armed=False)
     assert told(adoption, 11, nothing, armed=False) == []
@@ -369,7 +370,8 @@ def test_fins_that_are_far_from_the_earlier_flight_are_told_in_flight_once_as_so
     fresh.thaw(adoption.freeze())
     for one in (adoption, fresh):
         said = told(one, 101, far, armed=True)
-        assert said == ["this flight against the earlier: stern planes -51 %, 18 sigma; rudder -50 %, 18 sigma"]
+        clauses = "stern planes (M_ds) -51 %, 18 sigma; rudder (N_dr) -50 %, 18 sigma"
+        assert said == [f"this flight against the earlier: {clauses}"]
         assert told(one, 1000, far, armed=True) == []
 
 

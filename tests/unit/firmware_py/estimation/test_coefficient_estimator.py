@@ -413,6 +413,18 @@ def test_a_value_that_later_evidence_contradicts_is_valid_no_longer_and_has_to_e
     assert fallen[-1] - fallen[0] >= 100 * settle - 10
 
 
+def test_a_damping_that_drives_and_fins_that_turn_the_wrong_way_are_not_valid_however_sure() -> None:
+    learning = learner(**ITERATED)
+    first = said(learning, FLIGHT[:3000])[-1]
+    sure = [name for name, valid in zip(TEN, first.valid, strict=True) if valid]
+    assert {"M_q", "M_ds", "Y_dr"} <= set(sure)
+    turned = [-value for value in first.value]
+    valid = dict(zip(TEN, learning._valid(turned, list(first.std)), strict=True))
+    assert valid["Y_dr"]  # of which there are both signs
+    assert not valid["M_q"]
+    assert not valid["M_ds"]
+
+
 def test_what_was_confirmed_and_promised_is_remembered() -> None:
     one, other = learner(**ITERATED), learner(**ITERATED)
     said(one, FLIGHT[:3000])

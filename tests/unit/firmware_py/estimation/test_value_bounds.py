@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from firmware_py.estimation.value_bounds import SIGMAS, unbounded
+from firmware_py.estimation.value_bounds import SIGMAS, possible, unbounded
 
 
 def test_what_was_never_valid_bounds_nothing() -> None:
@@ -37,3 +37,10 @@ def test_the_narrowest_of_all_reports_counts_not_the_last() -> None:
 
 def test_a_value_that_is_no_number_is_not_held() -> None:
     assert not unbounded(1).hold((math.nan,))
+
+
+def test_what_every_vehicle_has_negative_cannot_be_positive_and_the_rest_can_be_anything_in_its_bounds() -> None:
+    names = ("M_q", "N_v", "Y_v", "M_ds")
+    bounds = possible(names, (-1.0, -2.0, -3.0, -4.0), (0.5, 2.0, -0.1, 1.0))
+    assert bounds.low == (-1.0, -2.0, -3.0, -4.0)
+    assert bounds.high == (0.0, 2.0, -0.1, 0.0)

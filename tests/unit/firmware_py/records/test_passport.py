@@ -97,7 +97,7 @@ def test_however_a_text_is_spoiled_it_is_read_as_a_model_that_can_be_or_refused(
 def test_what_moved_by_three_sigma_and_five_percent_is_told_once_for_each_group() -> None:
     model = MODEL._replace(valid=(True, True, True))
     [one] = moved(model, model.file, model.value, model.std)  # M_q by 2.9 %; Y_dr, of the rudder too, by 0.8 sigma
-    assert moved_text(one.group, one.share, one.sigmas) == "rudder -23 %, 9 sigma"
+    assert moved_text(*one) == "rudder (N_dr) -23 %, 9 sigma"
     assert moved(model._replace(valid=(True, False, True)), model.file, model.value, model.std) == []
     assert moved(model, model.file, model.value, [0.1] * 3) == []
     assert moved(model, model.file, [math.nan] * 3, model.std) == []

@@ -111,6 +111,14 @@ def test_fins_that_do_nothing_or_the_opposite_are_refused(name: str, value: floa
         load(Vehicle, wrong, "vehicle.toml")
 
 
+@pytest.mark.parametrize("name", ["Y_v", "Z_w", "K_p", "M_q", "N_r"])
+def test_water_that_drives_a_motion_in_place_of_braking_it_is_refused(name: str) -> None:
+    wrong = table()
+    wrong["coefficients"][name] = 1e-3
+    with pytest.raises(ParamError, match=f"{name} must not be positive: water brakes that motion"):
+        load(Vehicle, wrong, "vehicle.toml")
+
+
 NEEDED = {"Z_w", "M_q", "M_ds", "Y_v", "Y_r", "Y_dr", "N_v", "N_r", "N_dr"}
 """What the laws are designed from (Eq. 26, Eq. 30), beside added mass."""
 
