@@ -68,7 +68,8 @@ def sentences(events: Iterable[Event], name: ModeName = lambda mode: mode.name) 
     groups: list[list[Event]] = []
     for event in events:
         last = groups[-1][-1] if groups else None
-        if last is not None and event.kind in _TOGETHER and _about(last) == _about(event):
+        together = event.kind in _TOGETHER or _is_weak(event)
+        if last is not None and together and _about(last) == _about(event):
             groups[-1].append(event)
         else:
             groups.append([event])
@@ -86,8 +87,12 @@ _TOGETHER = (
 )
 
 
+def _is_weak(event: Event) -> bool:
+    return event.kind is EventKind.ACTUATOR_FAULT and event.numbers[0] == ActuatorFault.WEAK
+
+
 def _about(event: Event) -> tuple[object, ...]:
-    return event.kind, event.asker, event.manoeuvre
+    return event.kind, event.asker, event.manoeuvre, _is_weak(event)
 
 
 def _text(events: Sequence[Event], name: ModeName) -> str:
@@ -102,6 +107,9 @@ def _text(events: Sequence[Event], name: ModeName) -> str:
         what = "this flight against the earlier" if first.numbers[0] else "earlier flight against the vehicle file"
         moved = [moved_text(event.names[0], event.names[1], *event.numbers[1:]) for event in events]
         return f"{what}: {'; '.join(moved)}"
+    if len(events) > 1:  # by the hull's answer, which tells what they do together
+        names = " or ".join(event.names[0] for event in events)
+        return f"{names}, one or more of them: {actuator_fault_text(ActuatorFault.WEAK)}"
     return _ONE[first.kind](first, name)
 
 

@@ -132,6 +132,20 @@ def test_a_rule_does_not_repeat_word_for_word_what_a_watch_told(kind: EventKind)
     assert texts([changed]) == ["MISSION -> SURFACE: stern_port: reports nothing valid"]
 
 
+def test_which_of_weak_fins_it_is_is_left_open_where_their_hull_alone_tells_of_it() -> None:
+    """Of a pair that moves alike the hull shows what both do together: the one may be sound."""
+    names = "stern_port", "stern_starboard", "rudder_upper"
+    weak, jammed = float(ActuatorFault.WEAK), float(ActuatorFault.JAMMED)
+    fault = EventKind.ACTUATOR_FAULT
+    pair = [event(fault, numbers=(weak,), names=(name,)) for name in names[:2]]
+    other = event(fault, numbers=(jammed,), names=names[2:])
+    assert texts([*pair, other]) == [
+        "stern_port or stern_starboard, one or more of them: makes less force than it should",
+        "rudder_upper: jammed",
+    ]
+    assert texts(pair[:1]) == ["stern_port: makes less force than it should"]
+
+
 def test_all_that_changed_of_a_vehicle_is_one_sentence() -> None:
     kind = EventKind.MODEL_CHANGED
     moved = [event(kind, numbers=(1.0, -0.22, 6.2), names=("rudder", "N_dr"))]
