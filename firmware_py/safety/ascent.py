@@ -18,7 +18,7 @@ from firmware_py.records.event import Cause, Event, EventKind, event
 from firmware_py.records.health import WeightState
 from firmware_py.safety.ascent_memory import AscentMemory
 from firmware_py.safety.ascent_view import AscentView
-from firmware_py.safety.ascent_witness import SurfaceWitness
+from firmware_py.safety.ascent_witness import SLOW, SurfaceWitness
 from firmware_py.safety.plane_jam import PlaneJam
 from firmware_py.safety.safety_params import SafetyParams
 
@@ -37,8 +37,8 @@ _ENTRY = 8.0
 _FELL, _FALLS = 0.5, 0.2
 """Without depth, so much less altitude, m, than there was is sinking; and with a depth that stays, where the velocity
 says too that it goes down, faster than this, m/s. Bow down under full power, so much deeper is more than a swing."""
-_BOW_UP, _TOO_STEEP = math.radians(3.0), math.radians(70.0)
-"""Between these pitches the propeller drives a vehicle up, whatever pitch is desired; with full power from level on."""
+_BOW_UP = math.radians(3.0)
+"""From this pitch on the propeller drives a vehicle up, whatever pitch is desired; with full power from level on."""
 _HEAVY_TIME = 10.0
 """At rest without its weight, a vehicle that still sinks after so long, s, is heavy."""
 GATHERS = 45.0
@@ -63,7 +63,8 @@ class Ascent:
 
     def __init__(self, params: SafetyParams, weight: bool, speed: float) -> None:
         self._params = params.ascent
-        self._deepest, self._lowest = params.depth_max + params.ascent.limit_margin, 0.5 * params.altitude_min
+        self._deepest, self._floor = params.depth_max + params.ascent.limit_margin, params.altitude_min
+        self._lowest = 0.5 * self._floor
         self._surface = params.surface_depth
         self._weight = weight
         self.witness = SurfaceWitness(params, speed)
@@ -185,12 +186,16 @@ class Ascent:
         """Return where to go from here, or None to stay."""
         if not m.asked and not m.drop and self.witness.is_overdue(m, v):
             return Step(REVERSE if m.stage is REVERSE else STOPPED, True, Cause.NOT_UP, (v.t - m.begun,))
+        if not m.asked and not m.drop and self.witness.sinks_unseen(m, v):
+            return Step(m.stage, True, Cause.DEEPER, (m.most - v.altitude,))
         if m.stage is STOPPED:
             return self._from_rest(m, v)
         trouble = self._trouble(m, v)
         if m.stage is REVERSE:
             if trouble is not None and trouble.drop and not m.asked:
                 return trouble._replace(stage=REVERSE)
+            if v.too_low and v.altitude < self._floor and not m.asked:  # way astern turns the bow down, too
+                return Step(REVERSE, True, Cause.ALTITUDE_LIMIT, (v.altitude, self._floor))
             way = v.u if v.rise_slope > self._params.pitch else v.through  # planes act by the latter
             stopped = v.speed_ok and way <= self._params.rest_speed
             up = m.z_dot < -_SINKS and not _fell(m, v) > _FELL and v.rise_slope <= self._params.pitch
@@ -207,7 +212,7 @@ class Ascent:
         p, fell = self._params, _fell(m, v)
         sinks = m.z_dot > _SINKS or fell > _FELL
         down = sinks or (v.attitude_ok and v.theta < 0.0)
-        driven_up = _driven_up(v, 0.0 if m.stage is FULL else _BOW_UP)
+        driven_up = v.driven_up(0.0 if m.stage is FULL else _BOW_UP)
         brake = REVERSE if down and (v.through > p.rest_speed or not v.speed_ok) else STOPPED
         if not v.attitude_ok and m.drop:
             brake = STOPPED  # without its weight, forward, its bow is up
@@ -219,10 +224,11 @@ class Ascent:
             return Step(STOPPED, False, Cause.PLANES_STUCK)
         if v.attitude_ok and (m.rolled > p.roll_time or (m.rolled > 0.0 and abs(v.phi) > _UPSIDE_DOWN)):
             return Step(STOPPED, True, Cause.ROLLED_OVER, (v.phi,))
-        if v.depth_ok and sinks and v.z > self._deepest:
+        if v.depth_ok and sinks and v.z > self._deepest and not m.asked:  # else it tries again, wherever it is
             return Step(brake, True, Cause.DEPTH_LIMIT, (v.z, self._deepest))
-        if sinks and v.altitude < self._lowest:
-            return Step(brake, True, Cause.ALTITUDE_LIMIT, (v.altitude, self._lowest))
+        lowest = self._floor if v.through <= SLOW else self._lowest  # without way it sinks by its stern, bow up
+        if sinks and v.altitude < lowest:
+            return Step(brake, True, Cause.ALTITUDE_LIMIT, (v.altitude, lowest))
         if v.too_low and v.rise_slope > p.pitch and v.u > p.rest_speed:  # the bottom rises more steeply than it climbs
             return Step(REVERSE, False, Cause.ALTITUDE_LIMIT, (v.altitude, self._lowest))
         deeper = max(v.z - m.least, fell) if v.depth_ok else fell
@@ -264,7 +270,7 @@ class Ascent:
                 return Step(STOPPED, True, Cause.NO_CLIMB, (rested,))
         elif v.jam is PlaneJam.NONE and not near and v.t - max(m.t_best, m.since) > p.climb_time:
             return Step(POWERED if v.attitude_ok else BLIND, False, Cause.NO_CLIMB, (rested,))
-        elif not near and _driven_up(v, _BOW_UP) and m.z_dot > _SINKS and rested > _HEAVY_TIME:
+        elif not near and v.driven_up(_BOW_UP) and m.z_dot > _SINKS and rested > _HEAVY_TIME:
             return Step(FULL, False, Cause.NO_CLIMB, (rested,))
         if near and v.jam is PlaneJam.NONE and rested > p.wait_time:
             return Step(WAITING, False, Cause.NOT_TOLD, (v.t - m.begun,))
@@ -279,11 +285,6 @@ def _fell(m: AscentMemory, v: AscentView) -> float:
     if not v.depth_ok:
         return m.most - v.altitude
     return m.altitude_begun - v.altitude if v.z_dot > _FALLS and m.z_dot <= _SINKS else 0.0
-
-
-def _driven_up(v: AscentView, least: float) -> bool:
-    """Return whether the propeller drives the vehicle up: bow up, by `least` rad, and no plane known to be stuck."""
-    return v.attitude_ok and least < v.theta < _TOO_STEEP and v.jam is PlaneJam.NONE
 
 
 def _enter(m: AscentMemory, stage: AscentStage, v: AscentView) -> AscentMemory:

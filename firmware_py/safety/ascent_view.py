@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from firmware_py.records.estimate import StateEstimate
@@ -9,6 +10,9 @@ from firmware_py.records.health import WeightState
 from firmware_py.safety.conditions import Conditions
 from firmware_py.safety.plane_jam import PlaneJam
 from firmware_py.tick import Tick
+
+_TOO_STEEP = math.radians(70.0)
+"""At a greater pitch the propeller drives it up no longer in a way that anything steers."""
 
 
 class AscentView(NamedTuple):
@@ -38,6 +42,10 @@ class AscentView(NamedTuple):
     weight: WeightState = WeightState.UNREPORTED
     too_low: bool = False
     rise_slope: float = 0.0
+
+    def driven_up(self, least: float) -> bool:
+        """Return whether the propeller drives it up: the bow is up by `least`, rad, and no plane known to be stuck."""
+        return self.attitude_ok and least < self.theta < _TOO_STEEP and self.jam is PlaneJam.NONE
 
 
 def view_of(

@@ -18,6 +18,8 @@ _WAITS = 2.0
 """Near the surface and not told for so many times `wait_time`: the weight goes."""
 _HELD_DOWN = 10.0
 """Where nothing is gained for so long, s, water flows down as fast as the vehicle climbs by `level_pitch`."""
+SLOW = 0.5
+"""Slower through the water than this, m/s, a vehicle glides, or drifts."""
 _DIPS = 10.0
 """What lies at the surface dips under it for no longer than this, s."""
 
@@ -69,6 +71,11 @@ class SurfaceWitness:
     def is_held_down(self, m: AscentMemory, v: AscentView) -> bool:
         """Return whether a vehicle near the surface gains nothing, and may pitch up: its bow is in the water."""
         return v.depth_ok and v.z > self._submerged and v.t - m.t_best > _HELD_DOWN
+
+    def sinks_unseen(self, m: AscentMemory, v: AscentView) -> bool:
+        """Return whether the bottom comes nearer to one with little way, whatever depth says: no slope does so."""
+        slow = v.speed_ok and v.through <= SLOW and not v.fix
+        return slow and m.most - v.altitude > self._params.deeper
 
     def climb_time(self, m: AscentMemory) -> float:
         """Return what a climb takes at most, s; a depth beyond the limit is one that ran away."""

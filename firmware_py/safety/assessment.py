@@ -39,6 +39,9 @@ _TOO_SLOW = (ActuatorFault.SLOW, ActuatorFault.LAGGING)
 _WORN = (*_TOO_SLOW, ActuatorFault.LOOSE)
 _BY_MOTION = 0.5
 """Of the reserve. 10 deg of angle are 22 % of the control that two fins of 23 deg have; 4 deg too many are 9 %."""
+_STEERED = 2.0
+"""For so long, s, a dive is one by hand after MANUAL: whoever changes modes more often than limits have to be passed to
+count would pass them in none."""
 _SLOW = 0.5
 """Slower than this, m/s, the way down is no dive that is pulled up from."""
 _SLOWEST = 0.3
@@ -104,6 +107,7 @@ def conditions(
         pitch=abs(eta.theta),
         fins_heard=wanted is was.mode or fins_heard(tick, frame, params),  # it matters on arming alone
         breach=breach,
+        steered=t - was.t_manual <= _STEERED,
         returning=was.returning and breach != WITHIN and wanted is Mode.MANUAL,
         charge_silent=was.charge_known
         and (math.isnan(charge) or t - battery.t_valid > _RECENT or sensors.battery.state is not _GOOD),

@@ -65,6 +65,8 @@ class Conditions(NamedTuple):
     """What tells of the surface does so; it means something in SURFACE alone."""
     climbs: bool = True
     """It gains height, or is given the time to, and is not about to pass a limit: the drop weight may wait."""
+    steered: bool = False
+    """It was in MANUAL a moment ago: its dive is one by hand."""
     returning: bool = False
     """Armed in MANUAL beyond the fence, to be steered back, and not yet within it."""
     charge_silent: bool = False

@@ -19,8 +19,7 @@ def altitude_reached(c: Conditions, p: SafetyParams) -> float:
     """Return the altitude, m, to which it comes before it pulls up, climbs away, or stops; below 0: it runs aground."""
     slope, pull_up = c.slope + c.rise_slope, 0.0
     if not c.faults.plane:
-        by_hand = c.wanted is Mode.MANUAL
-        pull_up = _dive_left(c, p, slope, p.altitude_time) if by_hand else c.left.pull_up(slope)
+        pull_up = _dive_left(c, p, slope, p.altitude_time) if _by_hand(c) else c.left.pull_up(slope)
     nearer = max(0.0, c.z_dot + c.rise) * p.altitude_ahead
     climbs = max(nearer, pull_up) + c.too_steep * p.stop_time  # a dive ends, and a climb begins, later
     return c.altitude - max(climbs, c.while_it_stops * p.stop_time)
@@ -29,6 +28,10 @@ def altitude_reached(c: Conditions, p: SafetyParams) -> float:
 def too_low(c: Conditions, p: SafetyParams) -> bool:
     """Return whether the bottom is too near, or will be."""
     return altitude_reached(c, p) < p.altitude_min
+
+
+def _by_hand(c: Conditions) -> bool:
+    return c.wanted is Mode.MANUAL or c.steered
 
 
 def _dive_left(c: Conditions, p: SafetyParams, slope: float, time: float) -> float:
@@ -46,6 +49,5 @@ def depth_reached(c: Conditions, p: SafetyParams) -> float:
     if c.faults.plane:
         return c.depth
     late = _LATE[c.faults.slow.fault] * max(0.0, c.z_dot) if c.faults.slow else 0.0
-    by_hand = c.wanted is Mode.MANUAL
-    lost = _dive_left(c, p, c.slope, p.depth_max_time) if by_hand else c.left.lost_height(c.slope)
+    lost = _dive_left(c, p, c.slope, p.depth_max_time) if _by_hand(c) else c.left.lost_height(c.slope)
     return c.depth + lost + late

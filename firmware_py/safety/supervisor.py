@@ -170,6 +170,7 @@ class Supervisor:
             depth=depth,
             altitude_up=c.altitude if up or was.altitude_up != was.altitude_up else was.altitude_up,
             bottom=bottom,
+            t_manual=tick.t if mode is Mode.MANUAL else was.t_manual,
             start=was.start.after_a_tick(settled, c.depth_ok and shallow, ticks, params.submerged_depth),
         )
         return ModeState(

@@ -58,6 +58,7 @@ class SupervisorMemory(NamedTuple):
         altitude_up: the altitude when a fix was last heard, or since then it began to be `watched`; or the first that
             was known after that, m.
         bottom: how it has come nearer.
+        t_manual: when it was steered by hand last, s.
     """
 
     mode: Mode
@@ -83,6 +84,7 @@ class SupervisorMemory(NamedTuple):
     start: Start = Start()
     candidates: tuple[Candidate, ...] = ()
     bottom: BottomTrack = BottomTrack()
+    t_manual: float = -math.inf
 
 
 def beginning(actuators: ActuatorHealth) -> SupervisorMemory:

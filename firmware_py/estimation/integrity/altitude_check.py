@@ -167,6 +167,11 @@ class AltitudeCheck:
             echo.outlier = bottom
             return False
         if echo.bottom != echo.bottom or gap > _UNHEARD:
+            alike = t - echo.t_outlier <= _RECENT and abs(bottom - echo.outlier) <= params.altitude_step
+            if not (alike or abs(bottom - echo.bottom) <= params.altitude_step or echo.t == -math.inf):
+                echo.outlier, echo.t_outlier = bottom, t  # after a silence one reading alone may be false
+                watch.hold()
+                return False
             self._begin(echo, t, bottom, carried)
             return True
         if abs(bottom - echo.bottom) > params.altitude_step + _SLOPE * gap:

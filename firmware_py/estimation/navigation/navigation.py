@@ -126,11 +126,11 @@ class Navigation:
         velocity_std = velocity.std(params.velocity, vel, t)
         _, _, z_dot = body_to_ned(phi, theta, psi, vel.u, vel.v, vel.w)
 
-        z_dot_std = 0.0 if attitude_ok else PITCHED * abs(vel.u)
+        pinged = t - vel.ping.t <= params.velocity.timeout
+        z_dot_std = PITCHED * abs(vel.u) if not attitude_ok else 0.0 if pinged else velocity_std
         dep = depth.update(params.depth, was.depth, frame.pressure, t, dt, z_dot, z_dot_std, applied.armed, port)
         depth_ok = t - dep.t <= params.depth.timeout
 
-        pinged = t - vel.ping.t <= params.velocity.timeout
         pos = dead_reckoning.go_by_pings(was.position) if pinged else was.position
         x, y, walk, drift, *_ = pos
         before = velocity.reckoned(params.velocity, was.velocity, t - dt)

@@ -112,7 +112,7 @@ def test_what_was_learned_comes_back_to_the_bit(tmp_path: Path) -> None:
     assert restored_of(through_a_log).widening == pytest.approx(0.15, rel=1e-2)
     assert said == (
         "passport of 2027-01-15T08:00:00Z, 2.0 h ago: 10 coefficients known; against the vehicle file: "
-        "rudder -20 %, 6 sigma"
+        "rudder (N_dr) -20 %, 6 sigma"
     )
 
 
@@ -172,7 +172,7 @@ def test_another_coefficient_in_the_vehicle_file_makes_no_other_vehicle_and_is_t
     kept, [said] = resume_state(config, None, tmp_path, PARAMS)
     assert kept["passport"]["passport"]["coefficients"]["M_q"]["value"] == pytest.approx(-6.8e-2)
     assert kept["passport"]["passport"]["coefficients"]["M_q"]["file"] == -7.8e-2
-    assert "against the vehicle file: pitch damping -13 %, 4 sigma; the vehicle file" in said
+    assert "against the vehicle file: pitch damping (M_q) -13 %, 4 sigma; the vehicle file" in said
     assert said.endswith("the vehicle file or the filter's settings were changed since")
 
 
