@@ -96,8 +96,8 @@ def test_an_estimate_is_drawn_in_its_band_beside_belief_and_truth(log: Log) -> N
     value, std = (log.columns[f"state.learned.{name}"][every, 0] for name in ("value", "std"))
     assert np.isnan(found["estimate"][:10]).all()
     assert found["estimate"][10:] == pytest.approx(value[10:], rel=1e-6)
-    assert found["±3 σ"][10:] == pytest.approx((value + 3.0 * std)[10:], rel=1e-6)
-    assert found[None][10:] == pytest.approx((value - 3.0 * std)[10:], rel=1e-6)
+    assert found["±3 σ"][:20] == pytest.approx((value + 3.0 * std)[10:], rel=1e-6)
+    assert found["±3 σ"][:19:-1] == pytest.approx((value - 3.0 * std)[10:], rel=1e-6)
     assert found["truth"] == pytest.approx([-0.08, -0.08])
     assert found["vehicle file"] == pytest.approx([-0.068, -0.068])
     valid = np.isfinite(found["estimate, valid"])
@@ -156,10 +156,24 @@ def test_the_water_is_drawn_while_the_filter_runs_beside_the_truth(log: Log) -> 
     assert np.isfinite(found["north"]).tolist() == [False] * 10 + [True] * 15 + [False] * 5
     assert found["north"][12] == pytest.approx(0.1)
     assert found["east"][12] == pytest.approx(-0.05)
-    assert found["north, ±3 σ"][12] == pytest.approx(0.13)
+    assert found["north, ±3 σ"] == pytest.approx([0.13] * 15 + [0.07] * 15)
     assert found["north, truth"] == pytest.approx(np.full(30, 0.1))
     assert found["east, truth"] == pytest.approx(np.zeros(30))
     assert traces(log, "Turbulence")["turbulence"][12] == pytest.approx(0.02)
+
+
+def test_what_the_water_may_do_is_shaded_only_where_the_filter_runs_and_in_the_colour_of_its_line(log: Log) -> None:
+    """Halted from 1.5 to 2 s: no area leads across that."""
+    log.columns["state.learned.horizon"][150:200] = np.nan
+    figure = drawn(log)["Current"].figure
+    areas = {trace.name: trace for trace in figure.data if trace.fill}
+    x = np.asarray(areas["north, ±3 σ"].x)
+    gap = np.flatnonzero(np.isnan(x))
+    assert [part[np.isfinite(part)].tolist() for part in np.split(x, gap)] == [
+        pytest.approx([*side, *reversed(side)]) for side in (np.arange(1.0, 1.5, 0.1), np.arange(2.0, 2.5, 0.1))
+    ]
+    assert {trace.fill for trace in areas.values()} == {"toself"}
+    assert areas["north, ±3 σ"].fillcolor != areas["east, ±3 σ"].fillcolor
 
 
 def test_the_summary_has_values_sigmas_and_errors(log: Log) -> None:
@@ -224,7 +238,7 @@ def test_at_sea_there_is_no_truth_to_compare_with(log: Log) -> None:
     for one in learned["coefficients"].values():
         assert (one["truth"], one["error_pct"], one["error_sigmas"]) == (None, None, None)
     assert "worst valid coefficient" not in dict(key_figures(summarise(log))["learned"])
-    assert set(traces(log, "M_q")) == {"in force", None, "±3 σ", "vehicle file", "estimate", "estimate, valid"}
+    assert set(traces(log, "M_q")) == {"in force", "±3 σ", "vehicle file", "estimate", "estimate, valid"}
     assert "truth" not in drawn(log)["M_q"].note
     assert "Errors in sigmas" not in drawn(log)
 

@@ -11,6 +11,7 @@ from firmware_py.records.fence import Area, Disc, Fence, Place, fence_from_plain
 from firmware_py.records.order import Change, FenceChange, RallyChange
 from sternplane.logs.run import Run
 from sternplane.logs.tracking import Array
+from sternplane.report.drawing import rgb
 
 T = TypeVar("T")
 _INCLUSION, _EXCLUSION, _RALLY = "#15803d", "#dc2626", "#7c3aed"
@@ -80,7 +81,7 @@ def draw(figure: Any, log: Run) -> bool:
 def _area(figure: Any, north: Array, east: Array, name: str, when: str, colour: str) -> None:
     """An exclusion is hatched, so that it is told from an inclusion without its colour too."""
     outside = name.endswith("exclusion")
-    fill: dict[str, Any] = {"fill": "toself", "fillcolor": f"rgba({_rgb(colour)}, {0.10 if outside else 0.05})"}
+    fill: dict[str, Any] = {"fill": "toself", "fillcolor": f"rgba({rgb(colour)}, {0.10 if outside else 0.05})"}
     if outside:
         fill["fillpattern"] = {"shape": "/", "size": 8, "solidity": 0.15, "fgcolor": colour}
     figure.add_scatter(
@@ -102,10 +103,6 @@ def _named(name: str, when: str) -> str:
 def _opacity(when: str) -> float:
     """What no longer stood at the end is pale."""
     return 0.5 if "until" in when else 1.0
-
-
-def _rgb(colour: str) -> str:
-    return ", ".join(str(int(colour[i : i + 2], 16)) for i in (1, 3, 5))
 
 
 def _outline(areas: Iterable[Area]) -> tuple[Array, Array]:

@@ -150,7 +150,7 @@ def _current(c: Columns, running: Array, truth: Array | None, t: Array, figure: 
         value, reach = (
             np.where(running, c[f"state.learned.{key}"][:, i], np.nan) for key in ("current", "current_std")
         )
-        band(figure, t, value - 3.0 * reach, value + 3.0 * reach, f"{name}, ±3 σ")
+        band(figure, t, value - 3.0 * reach, value + 3.0 * reach, f"{name}, ±3 σ", colour)
         if truth is not None:
             line(figure, t, truth[:, i], f"{name}, truth", TRUTH, dash="dash" if i else "solid")
         line(figure, t, value, name, colour)

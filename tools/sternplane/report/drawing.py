@@ -42,12 +42,27 @@ def line(
     figure.add_scatter(x=x.astype(np.float32), y=y.astype(np.float32), name=name, line=pen, **other)
 
 
-def band(figure: Any, t: Array, low: Array, high: Array, name: str) -> None:
-    """What is between two lines, shaded."""
-    hidden = {"mode": "lines", "line": {"width": 0}, "hoverinfo": "skip"}
-    figure.add_scatter(x=t, y=low.astype(np.float32), showlegend=False, **hidden)
-    fill = {"fill": "tonexty", "fillcolor": "rgba(37, 99, 235, 0.15)"}
-    figure.add_scatter(x=t, y=high.astype(np.float32), name=name, **hidden, **fill)
+def band(figure: Any, t: Array, low: Array, high: Array, name: str, colour: str = ESTIMATE) -> None:
+    """What is between two lines, shaded: an area for each stretch in which both are known, and nothing in between.
+
+    A fill from one line to the next would be drawn across what is not known.
+    """
+    known = np.isfinite(low) & np.isfinite(high)
+    edges = np.flatnonzero(np.diff(known, prepend=False, append=False)).reshape(-1, 2)
+    if not edges.size:
+        return
+    gap, outlines = np.full((1, 2), np.nan), []
+    for begin, end in edges:
+        there, back = (np.column_stack((t[begin:end], y[begin:end])) for y in (high, low))
+        outlines += [gap, there, back[::-1]]
+    x, y = np.vstack(outlines)[1:].astype(np.float32).T
+    fill = {"fill": "toself", "fillcolor": f"rgba({rgb(colour)}, 0.15)"}
+    figure.add_scatter(x=x, y=y, name=name, mode="lines", line={"width": 0}, hoverinfo="skip", **fill)
+
+
+def rgb(colour: str) -> str:
+    """Return the parts of a colour such as "#2563eb" as CSS lists them."""
+    return ", ".join(str(int(colour[i : i + 2], 16)) for i in (1, 3, 5))
 
 
 def minimum_height(figure: Any, height: float) -> None:
