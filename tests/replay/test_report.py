@@ -368,6 +368,35 @@ def test_every_waypoint_has_its_number_beside_the_track(tmp_path: Path, toy: Sim
     assert (abs(third.ax) > 20.0, abs(third.ay)) == (True, pytest.approx(0.0, abs=1e-6)), "beside the last leg"
 
 
+def test_a_flight_begins_and_ends_where_it_truly_did_and_a_fix_is_no_way_that_it_went(
+    tmp_path: Path, toy: SimpleNamespace
+) -> None:
+    """Until a fix at 1.05 s it believes that it is 300 m north and 400 m east of where it is."""
+    log = read(toy.fly(tmp_path / "log.mcap"))
+    for name, off in (("x", 300.0), ("y", 400.0)):
+        log.columns[f"state.eta.{name}"] = log.truth[f"eta.{name}"] + np.where(np.arange(300) < 105, off, 0.0)
+    plot = drawn(log, "Plan view")
+    found = {trace.name: (numbers(trace.y), numbers(trace.x)) for trace in plot.figure.data}
+    ends = [np.array([log.truth["eta.x"][at], log.truth["eta.y"][at]]) for at in (0, 290)]
+    assert [np.ravel(found[name]) for name in ("begin", "end")] == [pytest.approx(end) for end in ends]
+    north, east = found["estimate"]
+    steps = np.hypot(np.diff(north), np.diff(east))
+    assert np.nanmax(steps) < 1.0
+    assert np.flatnonzero(np.isnan(north)).tolist() == [11]
+    there = np.hypot(*(np.diff(values[:2])[0] for values in found["estimate, put right by fixes"]))
+    assert there == pytest.approx(500.0, abs=1.0)
+    assert plot.note.endswith("At 1.1 s a fix put the estimate right by 500 m (dotted).")
+    log.truth.clear()
+    at = drawn(log, "Plan view").figure.data
+    assert [trace.x[0] for trace in at if trace.name == "begin"] == pytest.approx([400.0])
+
+
+def test_a_track_that_no_fix_put_right_is_one_line(tmp_path: Path, toy: SimpleNamespace) -> None:
+    plot = drawn(read(toy.fly(tmp_path / "log.mcap")), "Plan view")
+    assert "dotted" not in plot.note
+    assert not any("put right" in trace.name for trace in plot.figure.data)
+
+
 def test_a_plan_takes_the_shape_that_its_flight_has(tmp_path: Path, toy: SimpleNamespace) -> None:
     log = read(toy.fly(tmp_path / "log.mcap"))
     assert drawn(log, "Plan view").tall

@@ -428,6 +428,25 @@ def test_how_sure_it_was_of_its_place_is_told(flown: Path) -> None:
     assert figures(s)["position 3 σ at the end"] == "4.50 m"
 
 
+def test_an_error_of_the_position_before_the_first_fix_is_told_apart(tmp_path: Path, toy: SimpleNamespace) -> None:
+    """It begins 500 m off, as what it kept of an earlier flight says; the fix at 0.5 s is not taken, that at 1 s is."""
+    log, k = read(toy.fly(tmp_path / "log.mcap")), np.arange(300)
+    log.columns["state.eta.x"] = log.truth["eta.x"] + np.where(k < 100, 500.0, 2.0)
+    log.columns["state.eta.y"] = log.truth["eta.y"] + 0.0
+    log.columns["state.position_std"] = np.where(k < 100, 100.0, 3.0) + 0.001 * k
+    s = summarise(log)
+    assert (s["first_fix_s"], s["navigation_error_before_fix_m"]) == (None, None)
+    assert figures(s)["position estimate off"] == "2.00 m at the end, 500.00 m at most"
+    assert "position off before a first fix" not in figures(s)
+    log.columns["frame.fix.fresh"] = np.isin(k, (50, 100, 200))
+    s = summarise(log)
+    assert (s["first_fix_s"], s["navigation_error_before_fix_m"]) == (1.0, pytest.approx(500.0))
+    assert figures(s)["position estimate off"] == "2.00 m at the end, 2.00 m at most"
+    assert figures(s)["position off before a first fix"] == "500.00 m at most, until 1.0 s"
+    log.columns["state.eta.x"] = log.truth["eta.x"] + np.where(k < 100, 1.0, 2.0)
+    assert "position off before a first fix" not in figures(summarise(log)), "it was further off later on"
+
+
 def test_a_heading_that_the_estimate_has_wrong_is_told_apart_from_one_that_is_steered_wrong(flown: Path) -> None:
     log = read(flown)
     log.columns["state.eta.psi"] = log.truth["eta.psi"] + math.radians(0.3)

@@ -20,6 +20,7 @@ from sternplane.logs.reading import Piece
 from sternplane.logs.run import Run
 from sternplane.logs.tracking import (
     Array,
+    FirstFix,
     FlownMissions,
     PathError,
     depth_estimate_error,
@@ -58,7 +59,9 @@ def summarise(log: Run) -> Summary:
     waypoints, the last of them without an end (`tracking.PathError`). None if no mission was flown.
     heading_estimate_error_mean_deg: mean of the estimated heading minus the true one over the cycles in which it is
     held: what the AHRS's heading is off. None without a logged truth.
-    navigation_error_end_m, navigation_error_max_m: horizontal distance from the estimate to the truth.
+    navigation_error_end_m, navigation_error_max_m: horizontal distance from the estimate to the truth, at the end and
+    at most since the first fix was taken (first_fix_s), or in all if none was; navigation_error_before_fix_m: at most
+    before it, where the position was what an earlier flight had left, or what the vehicle began with.
     position_std_end_m: what the estimate says of itself at the end, 1 sigma of the horizontal position.
     ended: mode, north_m, east_m and depth_m at the end (truth or estimate, as above); of a flight that went on without
     its log the place is None.
@@ -168,6 +171,7 @@ class _Figures:
         self._depth, self._heading, self._off = Mean(), Mean(), Mean()
         self._travel = Mean()
         self._away, self._misjudged, self._turned = Mean(), Mean(), Mean()
+        self._fix, self._before_fix, self._since_fix = FirstFix(), Mean(), Mean()
         self._end: Summary = {}
         self._before: tuple[Array, Array] | None = None
         self._distance, self._late, self._cycles, self._true = 0.0, 0, 0, False
@@ -187,7 +191,11 @@ class _Figures:
         self._heading.add(wrapped_deg(c["reference.psi_d"] - pose["eta.psi"])[held])
         off = self._path.of(piece)
         self._off.add(off[np.isfinite(off)])
-        self._away.add(navigation_error(piece))
+        away, told = navigation_error(piece), self._fix.taken(piece)
+        self._away.add(away)
+        if away.size:
+            self._before_fix.add(away[~told])
+            self._since_fix.add(away[told])
         self._misjudged.add(depth_estimate_error(piece))
         self._turned.add(heading_estimate_error(piece))
         self._end = {
@@ -212,7 +220,7 @@ class _Figures:
     def document(self) -> Summary:
         """Return them by their names in summary.json."""
         passed, total = self._missions.passed
-        travel = self._travel.mean
+        travel, fixed = self._travel.mean, math.isfinite(self._fix.t)
         return {
             "logged_s": self.t_end,
             "distance_m": self._distance,
@@ -228,7 +236,9 @@ class _Figures:
             "depth_estimate_error_max_m": self._misjudged.greatest,
             "heading_estimate_error_mean_deg": self._turned.mean,
             "navigation_error_end_m": self._away.last,
-            "navigation_error_max_m": self._away.greatest,
+            "navigation_error_max_m": self._since_fix.greatest if fixed else self._away.greatest,
+            "navigation_error_before_fix_m": self._before_fix.greatest if fixed else None,
+            "first_fix_s": self._fix.t if fixed else None,
             "position_std_end_m": self._sigma,
             "ended": with_none(self._end),
             "fin_travel_deg_s": None if travel is None else math.degrees(travel) / self._dt,

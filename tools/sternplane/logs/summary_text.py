@@ -122,6 +122,7 @@ def key_figures(summary: Summary) -> dict[str, Rows]:
             *_rows(summary, _ACCURACY),
             *_heading(summary),
             *_rows(summary, _POSITION),
+            *_before_fix(summary),
             *_sigma(summary),
             *_rows(summary, _MANOEUVRES),
         ],
@@ -209,6 +210,14 @@ def _rows(summary: Summary, formats: _Formats) -> Rows:
 def _heading(summary: Summary) -> Rows:
     off = summary["heading_estimate_error_mean_deg"]
     return [] if off is None else [("heading estimate off, mean", f"{signed(off, '.2f')}°")]
+
+
+def _before_fix(summary: Summary) -> Rows:
+    """Return how far the position was off until a fix told it, if further than ever since."""
+    before, since = summary["navigation_error_before_fix_m"], summary["navigation_error_max_m"]
+    if before is None or since is None or before <= since:
+        return []
+    return [("position off before a first fix", f"{before:.2f} m at most, until {summary['first_fix_s']:.1f} s")]
 
 
 def _sigma(summary: Summary) -> Rows:

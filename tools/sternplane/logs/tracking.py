@@ -103,6 +103,29 @@ def navigation_error(piece: Piece) -> Array:
     return away
 
 
+class FirstFix:
+    """Since when fixes have told the position; it is shown the pieces of the log one after the other.
+
+    Attributes:
+        t: when the first fix was taken, s: one came, and the position's sigma fell. NaN before that.
+    """
+
+    def __init__(self) -> None:
+        self.t = math.nan
+        self._std = math.nan
+
+    def taken(self, piece: Piece) -> Array:
+        """Return in which cycles of the next piece a fix has been taken, or was before."""
+        c = piece.columns
+        falls = np.diff(c["state.position_std"], prepend=self._std) < 0.0
+        self._std = float(c["state.position_std"][-1])
+        told = np.flatnonzero(falls & c["frame.fix.fresh"])
+        if math.isnan(self.t) and told.size:
+            self.t = float(c["t"][told[0]])
+        since: Array = c["t"] >= self.t
+        return since
+
+
 def depth_estimate_error(piece: Piece) -> Array:
     """Distance from the estimated depth to the true one, m, at each cycle; empty without truth."""
     if not piece.truth:

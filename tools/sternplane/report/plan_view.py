@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
+from sternplane.logs.reading import Columns
 from sternplane.logs.run import Run
 from sternplane.logs.tracking import Array
 from sternplane.report import areas
-from sternplane.report.drawing import ESTIMATE, REFERENCE, TRUTH, Plot, line
+from sternplane.report.drawing import ESTIMATE, PALE_ESTIMATE, REFERENCE, TRUTH, Plot, line
 from sternplane.report.thinning import Drawn
 
 _MOST_NUMBERS = 60
@@ -23,25 +24,44 @@ _WIDER = 1.5
 
 
 def plan_view(log: Run, drawn: Drawn) -> Plot:
-    """North over east, with the legs of the mission that was flown last; waypoints lie above the track."""
+    """North over east, with the legs of the mission that was flown last; waypoints lie above the track.
+
+    Begin and end are where the vehicle truly was, where that is known.
+    """
     c, truth, waypoints, figure = drawn.plan, drawn.plan_truth, drawn.mission.waypoints, go.Figure()
+    track = truth or c
     if truth:
         line(figure, truth["eta.y"], truth["eta.x"], "truth", TRUTH, width=3)
-    line(figure, c["eta.y"], c["eta.x"], "estimate", ESTIMATE)
+    note = _estimate(figure, c)
     if len(waypoints):
         marker = {"size": 10, "symbol": "diamond", "color": REFERENCE, "line": {"color": "#ffffff", "width": 1.5}}
         legs: dict[str, Any] = {"dash": "dot", "mode": "lines+markers", "marker": marker}
         line(figure, waypoints[:, 1], waypoints[:, 0], "legs", REFERENCE, **legs)
-        _number(figure, waypoints[:, :2], np.array([[c[f"eta.{axis}"][0] for axis in "xy"]]))
+        _number(figure, waypoints[:, :2], np.array([[track[f"eta.{axis}"][0] for axis in "xy"]]))
     for name, at, symbol in (("begin", 0, "circle"), ("end", -1, "square")):
         marker = {"size": 10, "symbol": symbol, "color": TRUTH}
-        x, y = c["eta.y"][at : at + 1 or None], c["eta.x"][at : at + 1 or None]
+        x, y = track["eta.y"][at : at + 1 or None], track["eta.x"][at : at + 1 or None]
         figure.add_scatter(x=x, y=y, name=name, mode="markers", marker=marker)
     wide = is_wide(np.column_stack((c["eta.x"], c["eta.y"])), waypoints[:, :2])
     figure.update_xaxes(title="east, m")
     figure.update_yaxes(title="north, m", scaleanchor="x", scaleratio=1)
     beyond = " The fence or a rally point is beyond the plot." if areas.draw(figure, log) else ""
-    return Plot("Plan view", f"Local frame; scales are equal.{beyond}", figure, over_time=False, tall=not wide)
+    return Plot("Plan view", f"Local frame; scales are equal.{note}{beyond}", figure, over_time=False, tall=not wide)
+
+
+def _estimate(figure: Any, c: Columns) -> str:
+    """Draw the estimated track, and what fixes put right of it as no way that it went; return a sentence on that."""
+    north, east, jumps = c["eta.x"], c["eta.y"], np.flatnonzero(np.diff(c["jumps"])) + 1
+    line(figure, np.insert(east, jumps, np.nan), np.insert(north, jumps, np.nan), "estimate", ESTIMATE)
+    if not jumps.size:
+        return ""
+    ends, gap = (jumps - 1, jumps), np.full(len(jumps), np.nan)
+    x, y = (np.column_stack((*(values[at] for at in ends), gap)).ravel() for values in (east, north))
+    line(figure, x, y, "estimate, put right by fixes", PALE_ESTIMATE, dash="dot")
+    size = float(np.hypot(*(values[jumps] - values[jumps - 1] for values in (north, east))).max())
+    if len(jumps) == 1:
+        return f" At {c['t'][jumps[0]]:.1f} s a fix put the estimate right by {size:.0f} m (dotted)."
+    return f" Fixes put the estimate right by up to {size:.0f} m (dotted), first at {c['t'][jumps[0]]:.1f} s."
 
 
 def is_wide(*places: Array) -> bool:

@@ -44,6 +44,8 @@ _SILENT = 1.0
 """What an actuator reported so long ago, s, is no longer drawn."""
 _SAMPLED = ("t", "mode.mode", "state.position_std", "state.depth_std")
 _PLACE = ("eta.x", "eta.y")
+_JUMP = 5.0
+"""A place that is so far from that of the cycle before, m, was put right: no vehicle makes such a way."""
 
 
 class Stride(NamedTuple):
@@ -92,7 +94,8 @@ class Drawn:
             "z_unknown" (m, the estimated depth while it is known, and while it is not), "bottom" (m), and the errors
             "depth_error", "path_error", "away", "depth_off" (m), "heading_error" (degrees).
         truth: columns of the truth at the points; empty where nobody knew it.
-        plan, plan_truth: columns of the place, at more points.
+        plan, plan_truth: columns of the place, at more points; of the plan also "t" and "jumps", how many times the
+            estimate was put right by metres up to there.
         steered: whether it ever was by laws.
         learned, reasons, mission, late, health, modes: of all cycles.
         heading_off, ahrs_off: of all cycles in which the heading is held, by the truth, where it is known: how far the
@@ -106,6 +109,7 @@ class Drawn:
         self.stride = stride_of(log.count, self.dt, most)
         self.rate = 1.0 / self.dt / self.stride.cycles
         self.modes, self.health, self.learned = Timeline(), HealthRecord(log), LearnedFigures(log)
+        self._place, self._jumps = np.full((1, 2), np.nan), 0
         self.reasons = LearningReasons(log)
         self._path, self._psi, self._points = PathError(log), UnwrappedHeading(), _Points(self.stride)
         self.heading_off, self.ahrs_off = Mean(), Mean()
@@ -161,7 +165,15 @@ class Drawn:
         points.lines("c", lines)
         learned = [name for name in c if name.startswith(("state.learned.", "adopted."))]
         points.samples("c", {name: c[name] for name in (*_SAMPLED, *learned)})
-        points.plan("plan", {name: c[f"state.{name}"] for name in _PLACE})
+        points.plan("plan", {name: c[f"state.{name}"] for name in _PLACE} | {"t": c["t"], "jumps": self._jumped(c)})
+
+    def _jumped(self, c: Columns) -> Array:
+        """Return how many times the estimated place has jumped, up to each cycle of the next piece."""
+        places = np.column_stack([c[f"state.{name}"] for name in _PLACE])
+        steps = np.diff(places, axis=0, prepend=self._place)
+        jumps: Array = self._jumps + np.cumsum(np.hypot(*steps.T) > _JUMP)
+        self._place, self._jumps = places[-1:].copy(), int(jumps[-1])
+        return jumps
 
 
 class _Points:
