@@ -49,7 +49,7 @@ def test_each_reason_is_told_of_the_coefficient_that_it_is_about(log: Log) -> No
     c["state.learned.valid"][150:200, Q] = True
     c["state.learned.std"][200:, Q] = 0.25 * abs(BELIEVED[Q])
     assert reasons(log) == {
-        "M_q": "valid for a while only (until 2.0 s; 1 σ is 25 % at the end)",
+        "M_q": "valid until 2.0 s, when 1 σ was over 20 %",
         "Y_dr": "never excited",
         "N_dot": "1 σ is over 10 % (14 %)",
     }
@@ -57,12 +57,29 @@ def test_each_reason_is_told_of_the_coefficient_that_it_is_about(log: Log) -> No
     assert reasons(log).keys() == {"Y_dr", "N_dot"}
 
 
+def test_what_ended_the_validity_of_a_coefficient_is_told(log: Log) -> None:
+    """It falls in the cycle at 2 s: the filter pauses from there on; or runs, and the gyros speak against it."""
+    c = log.columns
+    c["state.learned.valid"][150:200, Q] = True
+    c["state.learned.horizon"][200:220] = np.nan
+    assert reasons(log)["M_q"] == "valid until 2.0 s, when the filter paused"
+    c["state.learned.horizon"][200:220] = 2.0
+    assert reasons(log)["M_q"] == "valid for a while only (until 2.0 s; 1 σ is 5 % at the end)", "nothing tells of it"
+    c["state.learned.nis"][200, 1] = 0.1
+    assert reasons(log)["M_q"] == "valid until 2.0 s, when gyro residuals were too small"
+    c["state.learned.nis"][200, 1] = 4.0
+    assert reasons(log)["M_q"] == "valid until 2.0 s, when gyro residuals were too great"
+    c["state.learned.nis"][200, 1] = 0.9
+    c["state.learned.std"][200, Q] = 0.3 * abs(BELIEVED[Q])
+    assert reasons(log)["M_q"] == "valid until 2.0 s, when 1 σ was over 20 %"
+
+
 def test_a_filter_that_began_anew_is_named(log: Log) -> None:
     c = log.columns
     c["state.learned.valid"][150:200, Q] = True
     c["state.learned.resets"][210:230], c["state.learned.resets"][230:] = 1, 2
     said = reasons(log)
-    assert said["M_q"] == "valid for a while only (until 2.0 s; the filter began anew)"
+    assert said["M_q"] == "valid until 2.0 s, when the filter began anew"
     assert said["Y_dr"] == "the filter began anew at 2.3 s only"
 
 

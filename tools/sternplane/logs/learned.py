@@ -10,7 +10,7 @@ import numpy as np
 
 from firmware_py.control.adoption_params import AdoptionParams
 from firmware_py.estimation.coefficient_params import CoefficientParams
-from firmware_py.estimation.coefficient_validity import SENSORS, STAY, ValidityParams, band
+from firmware_py.estimation.coefficient_validity import CAREFUL, SENSORS, STAY, ValidityParams, band
 from firmware_py.estimation.model.observer_model import SCALED
 from firmware_py.params import ParamError, load
 from firmware_py.records.event import EventKind
@@ -113,7 +113,8 @@ class LearnedFigures:
     def nis_bands(self) -> dict[str, tuple[float, float]]:
         """By sensor that was heard: the band that a consistent filter keeps the running mean of its NIS in.
 
-        It holds all but one in a thousand of what chance makes, and the slack that the configuration grants.
+        It holds all but one in a thousand of what chance makes, and the slack that the configuration grants; below,
+        what a filter that is careful on purpose needs besides.
         """
         params = params_of(ValidityParams, self._log.header, "health")
         slack = 1.0 + params.nis_slack
@@ -121,7 +122,7 @@ class LearnedFigures:
         # An exponential window of n measurements, three numbers each, weighs as much as one of 2 n that count alike.
         freedom = {name: 2.0 * 3.0 * params.nis_time * count / span for name, count in self._fresh.items() if count}
         bands = {name: band(degrees, STAY) for name, degrees in freedom.items()}
-        return {name: (low / slack, high * slack) for name, (low, high) in bands.items()}
+        return {name: (low / (slack * CAREFUL), high * slack) for name, (low, high) in bands.items()}
 
     @property
     def summary(self) -> dict[str, Any] | None:

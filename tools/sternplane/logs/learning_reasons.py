@@ -7,7 +7,7 @@ A coefficient becomes valid when its 1 sigma is small enough and the filter is c
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -38,6 +38,14 @@ class Reason(NamedTuple):
         return f"{self.common} ({self.own})" if self.own else self.common
 
 
+class _Fall(NamedTuple):
+    """How it was in the cycle in which a coefficient ceased to be valid."""
+
+    running: bool
+    size: float
+    nis: list[float]
+
+
 class LearningReasons:
     """Looks for reasons; it is shown the pieces of the log one after the other."""
 
@@ -54,6 +62,8 @@ class LearningReasons:
         self._excited: Array = np.zeros(0, dtype=bool)
         self._ripe: Array = np.zeros(0, dtype=bool)
         self._valid_until: Array = np.zeros(0)
+        self._was_valid: Array = np.zeros((1, 0), dtype=bool)
+        self._falls: dict[int, _Fall] = {}
         self._size: Array = np.zeros(0)
 
     def add(self, piece: Piece) -> None:
@@ -83,6 +93,7 @@ class LearningReasons:
             self._size = np.abs([sizes.get(name, math.nan) for name in names])
             self._excited, self._ripe = np.zeros((2, len(names)), dtype=bool)
             self._valid_until = np.full(len(names), math.nan)
+            self._was_valid = np.zeros((1, len(names)), dtype=bool)
         excited = c[f"{_HERE}.excited"] & running[:, None]
         certain = c[f"{_HERE}.std"] <= self._health.valid_std * self._size
         self._excited |= excited.any(axis=0)
@@ -90,6 +101,10 @@ class LearningReasons:
         valid = c[f"{_HERE}.valid"]
         for i in np.flatnonzero(valid.any(axis=0)):
             self._valid_until[i] = c["t"][np.flatnonzero(valid[:, i])[-1]]
+        for k, i in np.argwhere(np.concatenate((self._was_valid, valid[:-1])) & ~valid):
+            size = float(c[f"{_HERE}.std"][k, i] / self._size[i])
+            self._falls[int(i)] = _Fall(bool(running[k]), size, c[f"{_HERE}.nis"][k].tolist())
+        self._was_valid = valid[-1:].copy()
         resets = c[f"{_HERE}.resets"]
         before = resets[0] if self._resets is None else self._resets
         if (risen := np.flatnonzero(np.diff(resets, prepend=before))).size:
@@ -118,33 +133,61 @@ class LearningReasons:
         if not self._last:
             return {}
         names = coefficient_names(self._header, len(self._size))
-        doubt = self._doubt(figures.nis_bands)
-        return {name: self._reason(i, doubt) for i, name in enumerate(names) if not self._last["valid"][i]}
+        bands = figures.nis_bands
+        doubt = self._doubt(bands)
+        return {name: self._reason(i, doubt, bands) for i, name in enumerate(names) if not self._last["valid"][i]}
 
-    def _reason(self, i: int, doubt: Reason) -> Reason:
+    def _reason(self, i: int, doubt: Reason, bands: Mapping[str, tuple[float, float]]) -> Reason:
         size, enough = self._last["std"][i] / self._size[i], self._health.valid_std
         until = self._valid_until[i]
         if math.isfinite(until):
-            why = "the filter began anew" if self._reset > until else f"1 σ is {_percent(size)} at the end"
-            return Reason("valid for a while only", f"until {until:.1f} s; {why}")
+            if why := "the filter began anew" if self._reset > until else self._fell(i, bands):
+                return Reason(f"valid until {until:.1f} s, when {why}")
+            return Reason("valid for a while only", f"until {until:.1f} s; 1 σ is {_percent(size)} at the end")
         if not self._excited[i]:
             return Reason("never excited")
         if size > enough:
             return Reason(f"1 σ is over {_percent(enough)}", _percent(size, over=enough))
         return doubt if self._ripe[i] else Reason("not excited once it was certain", f"1 σ is {_percent(size)}")
 
+    def _fell(self, i: int, bands: Mapping[str, tuple[float, float]]) -> str:
+        """Return what ended the validity of coefficient i last; "" where the log does not tell."""
+        if (fall := self._falls.get(i)) is None:
+            return ""
+        if not fall.running:
+            return "the filter paused"
+        if fall.size > (most := self._health.invalid_std):
+            return f"1 σ was over {_percent(most)}"
+        found = [f"{one.sensor} residuals were too {one.size}" for one in _outside(fall.nis, bands)]
+        return found[0] if found else ""
+
     def _doubt(self, bands: Mapping[str, tuple[float, float]]) -> Reason:
         """Return why the filter itself is not trusted, where a coefficient is certain and excited, but not valid."""
-        for sensor, nis in zip(SENSORS, self._last["nis"].tolist(), strict=True):
-            low, high = bands.get(sensor, (-math.inf, math.inf))
-            if not low <= nis <= high and math.isfinite(nis):
-                great = nis > high
-                size, bound = ("great", f"{high:.2g} at most") if great else ("small", f"at least {low:.2g}")
-                residuals = f"{_SENSOR_NAMES[sensor]} residuals are too {size} for a consistent filter"
-                return Reason(f"{residuals} (NIS {nis:.2g}; {bound} expected)")
+        for one in _outside(self._last["nis"].tolist(), bands):
+            residuals = f"{one.sensor} residuals are too {one.size} for a consistent filter"
+            return Reason(f"{residuals} (NIS {one.nis:.2g}; {one.bound} expected)")
         if self._t - self._reset < self._health.settle:
             return Reason(f"the filter began{' anew' if self._resets else ''} at {self._reset:.1f} s only")
         return Reason("the filter was not consistent while it was certain")
+
+
+class _Outside(NamedTuple):
+    """A sensor whose innovations are not those of a consistent filter."""
+
+    sensor: str
+    nis: float
+    size: str
+    bound: str
+
+
+def _outside(nis: Sequence[float], bands: Mapping[str, tuple[float, float]]) -> Iterator[_Outside]:
+    """Yield each of SENSORS whose mean of innovations lies outside of its band."""
+    for sensor, one in zip(SENSORS, nis, strict=True):
+        low, high = bands.get(sensor, (-math.inf, math.inf))
+        if one > high:
+            yield _Outside(_SENSOR_NAMES[sensor], one, "great", f"{high:.2g} at most")
+        elif one < low:
+            yield _Outside(_SENSOR_NAMES[sensor], one, "small", f"at least {low:.2g}")
 
 
 def grouped(reasons: Mapping[str, Reason]) -> str:
