@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,7 +12,9 @@ import plotly.graph_objects as go
 import pytest
 from sternplane.logs.adoption import AdoptionFigures, adopted_text, design_states
 from sternplane.logs.health_record import Timeline
-from sternplane.logs.reading import Columns, Piece
+from sternplane.logs.reading import Columns, Piece, read
+from sternplane.logs.summary import summarise
+from sternplane.logs.summary_text import key_figures
 from sternplane.report.adoption_table import adoption_section
 from sternplane.report.design_plot import design_plot
 from sternplane.report.error_plots import error_plots
@@ -74,6 +77,11 @@ def figures(truth: bool = True, faults: tuple[str, ...] = ()) -> dict[str, Any] 
     return found.summary
 
 
+def told(found: AdoptionFigures, flown: Path) -> dict[str, str]:
+    """Return what people are told of what was learned, by its label."""
+    return dict(key_figures({**summarise(read(flown)), "adoption": found.summary})["learned"])
+
+
 def test_errors_are_told_before_and_after_the_law_is_of_learned_values_alone() -> None:
     summary = figures()
     assert summary is not None
@@ -83,9 +91,17 @@ def test_errors_are_told_before_and_after_the_law_is_of_learned_values_alone() -
     assert (heading["adopted_s"], heading["rms_after"]) == (None, None)
 
 
-@pytest.mark.parametrize(("straight", "rate", "before"), [(6, 0.3, None), (3, 0.3, 0.2), (3, 0.1, None)])
+@pytest.mark.parametrize(
+    ("straight", "rate", "before", "why"),
+    [
+        (6, 0.3, None, "only 3.0 s of dives before"),
+        (8, 0.0, None, "no dives before"),
+        (3, 0.3, 0.2, None),
+        (3, 0.1, None, "dives too unlike: 0.1 m/s before, 0.3 m/s after (RMS)"),
+    ],
+)
 def test_dives_are_compared_with_like_dives_alone_and_with_enough_of_them(
-    straight: int, rate: float, before: float | None
+    flown: Path, straight: int, rate: float, before: float | None, why: str | None
 ) -> None:
     """Nine cycles before, a straight course first; then six of a dive with half its error."""
     found, diving = AdoptionFigures(a_run()), 9 - straight
@@ -97,6 +113,11 @@ def test_dives_are_compared_with_like_dives_alone_and_with_enough_of_them(
     after = None if before is None else pytest.approx(0.1)
     assert (depth["rms_moving_before"], depth["rms_moving_after"]) == (before and pytest.approx(before), after)
     assert depth["rms_before"] < 0.2
+    assert depth["not_compared_because"] == why
+    assert heading["not_compared_because"] == "not all of it was learned"
+    said = f"not compared: {why}" if why else "0.200 m before all was learned, 0.100 m after"
+    assert told(found, flown)["depth error in dives (RMS)"] == said
+    assert "heading error in turns (RMS)" not in told(found, flown), "its row says that not all of it was learned"
     assert heading["rms_moving_before"] is None
 
 

@@ -20,6 +20,8 @@ from sternplane.logs.true_coefficients import truth
 _LAWS = {"depth": ("diving", DivingCoefficients._fields), "heading": ("steering", SteeringCoefficients._fields)}
 _RATES = {"depth": ("reference.z_d_dot", 0.02), "heading": ("reference.psi_d_dot", math.radians(0.5))}
 """How fast the reference moves in a dive, m/s, and in a turn, rad/s."""
+_MOTIONS = {"depth": ("dives", "m/s", 1.0), "heading": ("turns", "°/s", math.degrees(1.0))}
+"""What they are called, the unit of their rates, and how many of it are one of SI."""
 _LEAST, _ALIKE = 5.0, 1.5
 """s of dives or of turns, before and after, and by what factor their rates may differ: else errors say nothing of each
 other."""
@@ -163,13 +165,25 @@ class AdoptionFigures:
         }
         return dict(with_none(said))
 
-    def _moving_figures(self, law: str) -> dict[str, float | None]:
-        """Return errors while the reference moves, before and after; None where the two are not alike."""
-        both, (before, after) = self._moving[law], (rate.rms or 0.0 for rate in self._rates[law])
-        alike = before < _ALIKE * after and after < _ALIKE * before
-        alike &= all(one.count * self._step >= _LEAST for one in both)
+    def _moving_figures(self, law: str) -> dict[str, float | str | None]:
+        """Return errors while the reference moves, before and after; None where the two are not alike, and why."""
+        both, why = self._moving[law], self._not_alike(law)
         keys = ("rms_moving_before", "rms_moving_after")
-        return {key: one.rms if alike else None for key, one in zip(keys, both, strict=True)}
+        found = {key: None if why else one.rms for key, one in zip(keys, both, strict=True)}
+        return {**found, "not_compared_because": why or None}
+
+    def _not_alike(self, law: str) -> str:
+        """Return why errors before and after say nothing of each other; "" where they do."""
+        what, unit, scale = _MOTIONS[law]
+        if law not in self._t:
+            return "not all of it was learned"
+        for when, one in zip(("before", "after"), self._moving[law], strict=True):
+            if (seconds := one.count * self._step) < _LEAST:
+                return f"{f'only {seconds:.1f} s of' if seconds else 'no'} {what} {when}"
+        before, after = (scale * (rate.rms or 0.0) for rate in self._rates[law])
+        if before < _ALIKE * after and after < _ALIKE * before:
+            return ""
+        return f"{what} too unlike: {before:.2g} {unit} before, {after:.2g} {unit} after (RMS)"
 
     def _figures(self, name: str, true: float | None) -> dict[str, Any]:
         """Return what stands of a coefficient; both errors are against the truth at the end."""

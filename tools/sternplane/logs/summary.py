@@ -90,10 +90,10 @@ def summarise(log: Run) -> Summary:
     designed from what an earlier flight learned (None: never), first_s, from when some of its
     values were learned in this flight, adopted_s, from when its design was of such values alone (None: never),
     rms_before and rms_after, of the tracking errors as above (m, deg) up to then and from then on, rms_moving_before
-    and rms_moving_after of those while the reference dives or turns (None: too little or too unlike), and the design
-    by_file and in_force at the end; by coefficient: file, adopted_s (when its value first left the file's), in_force at
-    the end, and truth (at the end, as above), error_before_pct (of the file) and error_after_pct (of what is in force),
-    both against it, where the truth was logged.
+    and rms_moving_after of those while the reference dives or turns (None: too little or too unlike, and
+    not_compared_because says which), and the design by_file and in_force at the end; by coefficient: file, adopted_s
+    (when its value first left the file's), in_force at the end, and truth (at the end, as above), error_before_pct (of
+    the file) and error_after_pct (of what is in force), both against it, where the truth was logged.
     adoption_refused: by law, why it is designed from the vehicle file alone at the end; {} where it is not.
     limits: by name what the vehicle could do, by the coefficients in force and what was left of its fins: at the
     begin, at its worst and at the end (`manoeuvrability.LimitFigures`).

@@ -263,8 +263,10 @@ def _adopted(summary: Summary) -> Rows:
         errors = (one["rms_moving_before"], one["rms_moving_after"])
         why = summary.get("adoption_refused", {}).get(law)
         found.append((f"{law} law learned", f"{adopted_text(one)}{f': {why}' if why else ''}"))
+        label = f"{law} error in {'dives' if law == 'depth' else 'turns'} (RMS)"
+        if one["adopted_s"] is not None and None in errors:
+            found.append((label, f"not compared: {one['not_compared_because']}"))
         if None not in errors:
-            label = f"{law} error in {'dives' if law == 'depth' else 'turns'} (RMS)"
             before, after = map(form.format, errors)
             what = "it was confirmed" if one.get("earlier_s") is not None else "all was learned"
             found.append((label, f"{before} before {what}, {after} after"))
