@@ -195,6 +195,9 @@ def test_the_depth_limit_is_drawn_and_the_law_is_named(flown: Path) -> None:
     words = " ".join(Page(text).words)
     assert "vehicle a torpedo · law pid · autopilot.toml" in words
     assert "k_p" in words
+    autopilot["control"]["law"] = "sliding"
+    words = " ".join(Page(flight_page.flight_page(log, summarise(log))).words)
+    assert "gains of the configuration: control.depth and control.heading, as below" in words
 
 
 def test_plots_of_the_flight_come_first_and_a_link_leads_to_the_events(page: str) -> None:

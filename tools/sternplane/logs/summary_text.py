@@ -50,7 +50,7 @@ _MANOEUVRES: _Formats = (
     ("first overshoot", "{:.1f}°", ("overshoot_first_deg",)),
     ("second overshoot", "{:.1f}°", ("overshoot_second_deg",)),
     ("zigzag period", "{:.1f} s", ("zigzag_period_s",)),
-    ("fin travel", "{:.2f} °/s", ("fin_travel_deg_s",)),
+    ("fin travel", "{:.2f} °/s, mean way of a fin while armed", ("fin_travel_deg_s",)),
 )
 _COMPUTER: _Formats = (
     ("wall time", "{:.1f} s", ("wall_time_s",)),

@@ -2,28 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
+from sternplane.logs.adoption import adopted_text
 from sternplane.logs.summary import Summary
-from sternplane.report.page import Section, Table
+from sternplane.report.page import Cell, Section, Table
 
-_UNITS = {"depth": "m", "heading": "°"}
-_LAWS = (
-    "law",
-    "first values from",
-    "all of it from",
-    "error in dives or turns before all of it, RMS",
-    "error in dives or turns after, RMS",
-    "whole course before, RMS",
-    "whole course after, RMS",
-    "poles, 1/s",
-    "s'b by the file",
-    "s'b at the end",
-    "authority of the fins by the file, rad/s²",
-    "authority at the end, rad/s²",
-)
-_ERRORS = ("rms_moving_before", "rms_moving_after", "rms_before", "rms_after")
+_UNITS = {"depth": " m", "heading": "°"}
+_LAWS = ("", "depth law, before", "after", "heading law, before", "after")
+_COMPARED = "error in dives or turns, RMS"
+_ERRORS = {
+    _COMPARED: ("rms_moving_before", "rms_moving_after"),
+    "error over the whole course, RMS": ("rms_before", "rms_after"),
+}
+_DESIGNS = {"poles, 1/s": "poles", "s'b": "s_b", "authority of the fins, rad/s²": "authority"}
 _COEFFICIENTS = (
     "coefficient",
     "vehicle file",
@@ -36,11 +29,16 @@ _COEFFICIENTS = (
 )
 
 
-_NOTE = (
+_NOTES = (
+    "Before: errors until all of it was learned, or confirmed, and the design by the vehicle file. After: errors from "
+    "then on, and the design at the end. Errors are compared while the reference dives or turns; those of the whole "
+    "course hang on how much of it was straight.",
     "First values: those of the law's coefficients that are certain enough are in force, the others are the vehicle "
     "file's. All of it: every one is, none held at a bound. Valid asks for more certainty than adoption does: a "
-    "coefficient may be in force before it is valid. Before and after are compared while the reference dives or turns; "
-    "those of the whole course hang on how much of it was straight."
+    "coefficient may be in force before it is valid.",
+    "Poles: on the sliding surface an error fades with exp(pole t). s'b: by how much a radian of fin angle moves the "
+    "law's sliding variable in a second; the switching term is divided by it. Authority: the turning acceleration that "
+    "the fins make at the end of their travel. All at the speed of trim.",
 )
 
 
@@ -51,25 +49,30 @@ def adoption_section(summary: Summary) -> Iterator[Section]:
         return
     learned = (summary["learned"] or {}).get("coefficients", {})
     valid = {name: "yes" if one["valid"] else "no" for name, one in learned.items()}
-    laws = [_law(name, one) for name, one in adoption["laws"].items()]
+    laws = [*_laws(adoption["laws"])]
     earlier = {one.get("earlier_s") for one in adoption["laws"].values()} - {None}
     coefficients = [
         _coefficient(name, one, valid.get(name, "–"), earlier) for name, one in adoption["coefficients"].items()
     ]
     tables = (Table(laws, head=_LAWS, style="numbers"), Table(coefficients, head=_COEFFICIENTS, style="numbers"))
     title = "Adoption: what the laws were designed from"
-    yield Section(title, notes=(_NOTE,), tables=tables, wide=True, anchor="adoption")
+    yield Section(title, notes=_NOTES, tables=tables, wide=True, anchor="adoption")
 
 
-def _law(name: str, one: dict[str, Any]) -> list[str]:
-    errors = [_text(one[key], ".3g", f" {_UNITS[name]}".replace(" °", "°")) for key in _ERRORS]
-    file, now = one["by_file"], one["in_force"]
-    poles = ", ".join(_text(pole, ".3g") for pole in now["poles"])
-    strengths = [_text(design[key], ".3g") for key in ("s_b", "authority") for design in (file, now)]
-    times = [_text(one[key], ".1f", " s") for key in ("first_s", "adopted_s")]
-    if (earlier := one.get("earlier_s")) is not None:
-        times[0] = f"earlier flight at {earlier:.1f} s; confirmed {times[0]}"
-    return [name, *times, *errors, poles, *strengths]
+def _laws(laws: Mapping[str, Mapping[str, Any]]) -> Iterator[list[str | Cell]]:
+    """Yield the rows of what both laws were designed from and what that changed, two columns for each law."""
+    yield ["learned", *(Cell(adopted_text(one), span=2) for one in laws.values())]
+    for label, keys in _ERRORS.items():
+        row: list[str | Cell] = [label]
+        for name, one in laws.items():
+            if label == _COMPARED and one["not_compared_because"]:
+                row.append(Cell(f"not compared: {one['not_compared_because']}", "note", span=2))
+            else:
+                row += [_text(one[key], ".3g", _UNITS[name]) for key in keys]
+        yield row
+    for label, key in _DESIGNS.items():
+        designs = [one[when][key] for one in laws.values() for when in ("by_file", "in_force")]
+        yield [label, *(", ".join(_text(x, ".3g") for x in (v if isinstance(v, list) else [v])) for v in designs)]
 
 
 def _coefficient(name: str, one: dict[str, Any], valid: str, earlier: set[float]) -> list[str]:

@@ -32,6 +32,10 @@ _STATES = {
     Severity.WARNING: "warn",
 }
 """How severities are shown that stand out."""
+_GAINS = {
+    GainSet.CONFIGURED: "of the configuration: control.depth and control.heading, as below",
+    GainSet.PAPER: "the paper's poles, switching angles and boundary layers",
+}
 _IDENTITY = (("seed", "seed"), ("faults", "faults"), ("revision", "git"), ("recorded", "stamp"))
 
 
@@ -178,7 +182,7 @@ def _settings(header: Mapping[str, Any]) -> Iterator[list[str]]:
             yield ["own", ", ".join(f"{one} = {_value(value)}" for one, value in control.own.items())]
         return
     if sliding:
-        yield ["gains", control.gains.name.lower()]
+        yield ["gains", _GAINS[control.gains]]
     printed = {"depth": PAPER_DEPTH_GAINS, "heading": PAPER_HEADING_GAINS} if control.gains is GainSet.PAPER else {}
     for name in ("depth", "heading", "speed"):
         key = name if sliding or name == "speed" else f"{name}_pid"
