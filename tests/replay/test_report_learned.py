@@ -198,6 +198,15 @@ def test_the_summary_has_values_sigmas_and_errors(log: Log) -> None:
     assert said["worst valid coefficient"] == f"N_dot +3.9 % ({sigmas:.1f} σ)"
 
 
+def test_errors_beyond_the_plot_of_sigmas_are_told(log: Log) -> None:
+    assert "cut" not in drawn(log)["Errors in sigmas"].note
+    log.columns["state.learned.value"][200:210, 0] += 20.0 * log.columns["state.learned.std"][200, 0]
+    plot = drawn(log)["Errors in sigmas"]
+    assert list(plot.figure.layout.yaxis.range) == [-10.0, 10.0]
+    most = np.max(traces(log, "Errors in sigmas")["M_q"][10:])
+    assert plot.note.endswith(f" The plot is cut at ±10 σ; beyond it at their worst: M_q {most:.0f} σ.")
+
+
 def test_a_fault_that_takes_half_of_the_rudder_is_a_step_of_the_truth_and_no_error_of_the_estimate(log: Log) -> None:
     log.header["faults"] = ["lost:rudder_upper@2", "freeze:pressure@1"]
     plots = drawn(log)

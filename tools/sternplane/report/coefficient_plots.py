@@ -21,6 +21,8 @@ from sternplane.report.thinning import Drawn
 SECTION = "Coefficients"
 _SENSORS = dict(zip(SENSORS, (("DVL", ESTIMATE), ("gyros", "#059669"), ("attitude", "#be185d")), strict=True))
 _UNSURE, _IN_FORCE, _EARLIER = "#94a3b8", "#be185d", "#0891b2"
+_MOST_SIGMAS = 10.0
+"""The plot of errors over their sigmas reaches no further: the band of 3 would be hidden."""
 _STATES = ("#e2e8f0", "#a5b4fc", "#bbf7d0", "#16a34a")
 """Of the timeline: neither, excited, valid, both."""
 
@@ -124,11 +126,14 @@ def _errors(known: list[tuple[Coefficient, Coefficient]], t: Array, figure: Any)
     for one, _ in known:
         figure.add_scatter(x=t, y=one.error_sigmas.astype(np.float32), name=one.name, mode="lines")
     most = max(float(np.nanmax(np.abs(one.error_sigmas))) for one, _ in known)
-    top = min(max(1.1 * most, 4.0), 10.0)
+    top = min(max(1.1 * most, 4.0), _MOST_SIGMAS)
     figure.update_yaxes(range=[-top, top])
     mean = float(np.mean([end.error_sigmas[-1] ** 2 for _, end in known]))
     true = "truth with the fault" if any(one.damaged for one, _ in known) else "truth"
     note = f"Estimate minus {true}, over its own sigma. Mean square at the end {mean:.2g}, correlations left out."
+    beyond = {one.name: float(np.nanmax(np.abs(one.error_sigmas))) for one, _ in known}
+    if far := [f"{name} {size:.0f} σ" for name, size in beyond.items() if size > top]:
+        note += f" The plot is cut at ±{top:g} σ; beyond it at their worst: {', '.join(far)}."
     return Plot("Errors in sigmas", note, figure, section=SECTION)
 
 
