@@ -417,6 +417,15 @@ def test_errors_before_and_after_learning_say_which_is_which(flown: Path) -> Non
     assert rows["heading error in turns (RMS)"] == "12.35° before all was learned, 10.12° after"
 
 
+@pytest.mark.parametrize(
+    ("off", "told"), [(-168.7, "-169 %"), (99.6, "+100 %"), (-12.3, "-12 %"), (9.96, "+10 %"), (-4.53, "-4.5 %")]
+)
+def test_an_error_of_any_size_is_told_without_an_exponent(flown: Path, off: float, told: str) -> None:
+    summary = everything(flown)
+    summary["learned"]["coefficients"]["M_ds"]["error_pct"] = off
+    assert figures(summary)["worst valid coefficient"] == f"M_ds {told} (2.3 σ)"
+
+
 def test_an_altimeter_that_was_not_believed_is_called_so(flown: Path) -> None:
     assert "altimeter.2 not believed" in figures(everything(flown))
 

@@ -246,8 +246,13 @@ def _learned(summary: Summary) -> Rows:
     if errors:
         worst = max(errors, key=lambda name: abs(errors[name]))
         sigmas = abs(valid[worst]["error_sigmas"])
-        found.append(("worst valid coefficient", f"{worst} {signed(errors[worst], '.2g')} % ({sigmas:.1f} σ)"))
+        found.append(("worst valid coefficient", f"{worst} {_percent(errors[worst])} ({sigmas:.1f} σ)"))
     return found
+
+
+def _percent(value: float) -> str:
+    """Return a share in % with its sign and two digits, or all of those before the point."""
+    return f"{signed(value, '.2g' if abs(value) < 9.95 else '.0f')} %"
 
 
 def _adopted(summary: Summary) -> Rows:
