@@ -244,6 +244,24 @@ def traces(log: Log, title: str) -> dict[str, np.ndarray]:
     return {trace.name: np.array(trace.y, dtype=float) for trace in drawn(log, title).figure.data}
 
 
+def test_a_speed_that_is_off_its_reference_for_minutes_tells_why(tmp_path: Path, toy: SimpleNamespace) -> None:
+    """NPS AUV II: (k_p + n_trim / u_trim) / k_i by the numbers of its files, rpm and m/s."""
+    log = read(toy.fly(tmp_path / "log.mcap"))
+    log.truth["nu.u"] = log.columns["reference.u_d"] + 0.05
+    assert drawn(log, "Speed").note == "Surge over the ground, as its reference."
+    files = {
+        n: tomllib.loads((ROOT / "configs" / "npsauv2" / f"{n}.toml").read_text()) for n in ("autopilot", "vehicle")
+    }
+    log.header["configuration"] = {**files, "files": {name: f"{name}.toml" for name in files}}
+    trim, law = files["vehicle"]["propeller"], files["autopilot"].get("control", {}).get("speed", {})
+    time = (trim["n_trim_rpm"] / trim["u_trim_m_s"] + law.get("k_p_rpm", 1200.0)) / law.get("k_i_rpm_s", 8.0)
+    note = drawn(log, "Speed").note
+    assert "While that rests the vehicle is 0.05 m/s faster (median)" in note
+    assert note.endswith(f"takes that away with a time constant of {time:.0f} s.")
+    log.truth["nu.u"] = log.columns["reference.u_d"] + 0.001
+    assert drawn(log, "Speed").note == "Surge over the ground, as its reference."
+
+
 def test_a_turn_past_north_is_one_line_and_all_three_are_on_the_same_turn(tmp_path: Path, toy: SimpleNamespace) -> None:
     log = read(toy.fly(tmp_path / "log.mcap"))
     psi = np.linspace(340.0, 740.0, 300)

@@ -23,6 +23,7 @@ from sternplane.report.health_plot import health_plot
 from sternplane.report.lateness_plot import histogram
 from sternplane.report.payload_plots import payload_plots
 from sternplane.report.plan_view import plan_view
+from sternplane.report.steering_text import speed_text
 from sternplane.report.thinning import Drawn
 
 _MODES = {
@@ -78,9 +79,9 @@ class Figures:
         yield plan_view(self._log, drawn)
         yield self.depth()
         yield self.heading()
-        yield self._three(
-            "Speed", "surge, m/s", 0.2, c["reference.u_d"], c["state.nu.u"], truth.get("nu.u"), "Surge over the ground."
-        )
+        u, u_d, true = c["state.nu.u"], c["reference.u_d"], truth.get("nu.u")
+        note = speed_text(self._log.header, u if true is None else true, u_d)
+        yield self._three("Speed", "surge, m/s", 0.2, u_d, u, true, note)
         yield self.attitude()
         yield self.fins()
         yield self.propeller()
