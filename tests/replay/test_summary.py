@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 from sternplane.logs import findings
+from sternplane.logs.health_record import Timeline
 from sternplane.logs.losses import times, told
 from sternplane.logs.reading import read
 from sternplane.logs.summary import Summary, summarise
@@ -294,18 +295,57 @@ def test_what_rules_and_the_monitor_of_the_bus_found_is_told_once(flown: Path) -
     worn = event(EventKind.RULE_WARNS, Cause.ACTUATOR_WORN, (float(ActuatorFault.SLOW),), ("rudder_upper",))
     events = [(1.0, (leak, low)), (2.0, (low, done)), (2.5, (twice, worn))]
     found = findings.findings(events, {"rudder_upper"})
-    told = [(one["by"], one["first_s"], one["times"]) for one in found]
-    assert told == [("rule", 1.0, 1), ("rule", 1.0, 2), ("bus", 2.5, 1)]
+    told = [(one["by"], one["first_s"], one["times"], one["known"]) for one in found]
+    assert told == [("rule", 1.0, 1, False), ("rule", 1.0, 2, False), ("bus", 2.5, 1, False), ("rule", 2.5, 1, True)]
     rows = key_figures(summarise(read(flown)) | {"found": found})["found in flight"]
     assert rows[:2] == [
         (
             "by the rules",
             "MISSION -> HOLD: water in the hull (leak_action), at 1.0 s; "
-            "battery at 28%, less than 30% (battery_warn_action), at 1.0 s, 2 times",
+            "battery at 28%, less than 30% (battery_warn_action), at 1.0 s, 2 times; "
+            "rudder_upper: too slow (a rule warns: actuator_worn_action), at 2.5 s",
         ),
         ("on the bus", "node pressure: two senders under one node id, at 2.5 s"),
     ]
-    assert len(findings.findings(events, ())) == 4
+
+
+@pytest.mark.parametrize(
+    ("cause", "before", "fault", "name", "key"),
+    [
+        (Cause.PROPELLER_FAULT, Mode.MISSION, ActuatorFault.JAMMED, "propeller", "propeller_action"),
+        (Cause.PROPELLER_FAULT, Mode.MISSION, ActuatorFault.RUNAWAY, "propeller", "runaway_action"),
+        (Cause.STATION_LOST, Mode.HOLD, 30.0, "", "station.hold_action"),
+        (Cause.STATION_LOST, Mode.MANUAL, 30.0, "", "station.manual_action"),
+        (Cause.DVL_BAD, Mode.MISSION, SourceFault.SILENT, "", "dvl_action"),
+    ],
+)
+@pytest.mark.parametrize("kind", [EventKind.MODE_CHANGED, EventKind.RULE_WARNS, EventKind.RULE_HOLDS])
+def test_the_key_that_decided_stands_beside_every_rule(
+    cause: Cause, before: Mode, fault: float, name: str, key: str, kind: EventKind
+) -> None:
+    """Of a rule that warns it is that of the mode in which it did, and it is told of a known fault too."""
+    names = (name,) if name else ()
+    begins = event(EventKind.MODE_CHANGED, Cause.ORDERED, before=Mode.DISARMED, after=before)
+    modes = (before, Mode.SURFACE) if kind is EventKind.MODE_CHANGED else (None, None)
+    told = event(kind, cause, (float(fault),), names, before=modes[0], after=modes[1])
+    (found,) = findings.findings([(1.0, (begins,)), (9.0, (told,))], {"propeller", "dvl"})
+    assert found["key"] == key
+    ((_, text),) = findings.key_figures([found])
+    assert f"{key})" in text
+
+
+def test_all_that_fall_silent_together_are_told_by_one_rule() -> None:
+    """At 5 s two fins, at 5.3 s the propeller; another fin was silent until 3 s alone, and one never was."""
+    told = event(EventKind.RULE_WARNS, Cause.ACTUATOR_SILENT, (float(ActuatorFault.SILENT),), ("stern_port",))
+    spans = {"stern_port": (5.0, 9.0), "rudder_upper": (5.0, 9.0), "propeller": (5.3, 9.0), "bow": (1.0, 3.0)}
+    actuators = {name: Timeline() for name in (*spans, "spare")}
+    t = np.arange(0.0, 10.0, 0.1)
+    for name, line in actuators.items():
+        begin, end = spans.get(name, (0.0, 0.0))
+        line.add(t, np.where((t >= begin - 1e-9) & (t < end), int(ActuatorFault.SILENT), 0), 0.1)
+    (found,) = findings.findings([(5.1, (told,))], set(spans), actuators)
+    assert found["text"] == "stern_port, rudder_upper, propeller: reports nothing valid (a rule warns)"
+    assert found["known"]
 
 
 def test_one_cycle_and_no_order_are_enough(tmp_path: Path, toy: SimpleNamespace) -> None:

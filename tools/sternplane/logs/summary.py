@@ -79,7 +79,8 @@ def summarise(log: Run) -> Summary:
     health: sensors and actuators that were ever not good, and the ascent: see `HealthRecord.document`.
     by_truth: up_s, from when a simulated vehicle truly was at the surface until the end of the log, and weight_gone_s,
     when its drop weight truly went, whether it knew of it or not; each None where it did not; None without a truth.
-    found: what rules and monitor of the bus found beside: by ("rule", "bus"), text, key, first_s, times (`findings`).
+    found: what rules and monitor of the bus found: by ("rule", "bus"), text, key, known (a rule warns of a sensor or an
+    actuator that is in health), first_s, times (`findings`).
     learned: None if nothing was; else of the last cycle, by coefficient, value, std, valid, believed, and truth (with
     what faults have left of the fins: `true_coefficients`), error_pct and error_sigmas where the truth was logged;
     mean_square_error_sigmas over them, correlations left out; nis by sensor, current_m_s and current_std_m_s (north,
@@ -137,7 +138,7 @@ def summarise(log: Run) -> Summary:
         "two_senders": losses.two_senders(log.events),
         "health": (known := health.document()),
         "by_truth": true_end.document(),
-        "found": findings(log.events, {*known["sensors"], *known["actuators"]}),
+        "found": findings(log.events, {*known["sensors"], *known["actuators"]}, health.actuators),
         "learned": with_reasons(learned.summary, reasons.of(learned)),
         "not_learned_because": reasons.nothing or None,
         "adoption": adoption.summary,

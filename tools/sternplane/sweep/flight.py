@@ -122,7 +122,7 @@ def _flown(job: Job, folder: Path, keep: str | None) -> dict[str, Any]:
         part = place.with_name(f"{place.name}.part")
         part.write_bytes(log.read_bytes())
         part.replace(place)
-    found = "; ".join(dict.fromkeys(one["text"] for one in summary["found"]))
+    found = "; ".join(dict.fromkeys(one["text"] for one in summary["found"] if not one["known"]))
     return {**dict(_flat(summary)), FOUND: found, "error": "", **made_by}
 
 
