@@ -468,6 +468,17 @@ def test_one_warning_tells_of_all_that_failed_of_fins_and_propeller(tmp_path: Pa
     assert warning.endswith("At the end 28 % of diving, 100 % of turning are left.")
 
 
+def test_no_two_kinds_of_health_have_one_colour(tmp_path: Path, toy: SimpleNamespace) -> None:
+    log = read(toy.fly(tmp_path / "log.mcap"))
+    since = np.arange(300) >= 100
+    log.columns["state.sensors.ahrs.state"] = np.where(since, int(SourceState.LOST), 0)
+    log.columns["state.sensors.dvl.state"] = np.where(since, int(SourceState.SUSPECT), 0)
+    log.columns["actuators.fins"] = np.outer(since, [int(ActuatorFault.JAMMED), 0, 0, 0])
+    colours = {trace.name: trace.marker.color for trace in drawn(log, "Health").figure.data}
+    assert {"good", "suspect", "lost", "fault"} <= colours.keys()
+    assert len(set(colours.values())) == len(colours)
+
+
 def test_the_scenarios_sentence_is_there(tmp_path: Path, toy: SimpleNamespace) -> None:
     log = read(toy.fly(tmp_path / "log.mcap", description="Sails a slow curve & <stops>."))
     assert "Sails a slow curve & <stops>." in Page(flight_page.flight_page(log, summarise(log))).words

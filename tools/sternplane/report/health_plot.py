@@ -23,7 +23,7 @@ from sternplane.logs.health_record import (
 from sternplane.report.drawing import Plot
 
 TITLE = "Health"
-_GOOD, _SUSPECT, _BAD, _RELEASED = "#86efac", "#fbbf24", "#fca5a5", "#c4b5fd"
+_GOOD, _SUSPECT, _LOST, _FAULT, _RELEASED = "#86efac", "#fbbf24", "#fca5a5", "#ef4444", "#c4b5fd"
 _STAGES = {
     AscentStage.POWERED: "#93c5fd",
     AscentStage.BLIND: "#f9a8d4",
@@ -108,7 +108,7 @@ def _sensor(value: int) -> tuple[str, str]:
     return {
         SourceState.GOOD: ("good", _GOOD),
         SourceState.SUSPECT: ("suspect", _SUSPECT),
-        SourceState.LOST: ("lost", _BAD),
+        SourceState.LOST: ("lost", _LOST),
     }[state]
 
 
@@ -118,7 +118,7 @@ def _velocity(value: int) -> tuple[str, str]:
 
 
 def _actuator(value: int) -> tuple[str, str]:
-    return ("fault", _BAD) if value else ("good", _GOOD)
+    return ("fault", _FAULT) if value else ("good", _GOOD)
 
 
 def _stage(value: int) -> tuple[str, str]:
@@ -127,4 +127,4 @@ def _stage(value: int) -> tuple[str, str]:
 
 
 def _drop(value: int) -> tuple[str, str]:
-    return ("fault", _BAD) if value in WEIGHT_FAULTS else ("weight released", _RELEASED)
+    return ("fault", _FAULT) if value in WEIGHT_FAULTS else ("weight released", _RELEASED)
