@@ -13,7 +13,7 @@ import pytest
 from rich.console import Console
 from sternplane.logs import findings
 from sternplane.logs.health_record import Timeline
-from sternplane.logs.losses import times, told
+from sternplane.logs.losses import outliers, times, told
 from sternplane.logs.reading import read
 from sternplane.logs.summary import Summary, summarise
 from sternplane.logs.summary_text import LABEL_WIDTH, key_figures, outcome, summary_table
@@ -193,11 +193,19 @@ def test_losses_are_told_by_source_with_their_share_the_worst_first() -> None:
 
 
 def test_outliers_are_told_by_sensor() -> None:
-    found = told({"outliers_pressure": 1, "outliers_altitude": 3, "ahrs_missed": 0}, {"ahrs": 950})
+    counts = {"outliers_pressure": 1, "outliers_altitude": 3, "ahrs_missed": 0}
+    found = outliers(counts)
+    assert told(counts, {"ahrs": 950}) == [], "what came and was not believed is no loss"
     assert [(loss.source, loss.text) for loss in found] == [
         ("altimeter, outliers", "3 left out one by one"),
         ("pressure sensor, outliers", "1 left out one by one"),
     ]
+
+
+def test_outliers_stand_beside_what_was_found_in_flight(flown: Path) -> None:
+    groups = key_figures(summarise(read(flown)) | {"losses": {"outliers_ahrs": 5, "ahrs_missed": 2}})
+    assert ("AHRS, outliers", "5 left out one by one") in groups["found in flight"]
+    assert [label for label, _ in groups["computer and links"] if "AHRS" in label] == ["AHRS"]
 
 
 def test_a_second_sender_is_told_beside_what_was_lost_by_it(flown: Path) -> None:

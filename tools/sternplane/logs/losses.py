@@ -117,15 +117,26 @@ def two_senders(events: Iterable[tuple[float, tuple[Event, ...]]]) -> list[str]:
     return sorted({name for event in told if event.numbers[0] == SourceFault.TWO_SENDERS for name in event.names})
 
 
+def outliers(counts: Mapping[str, int]) -> list[Loss]:
+    """Return by sensor how many single values came, and were not believed: the most first."""
+    found = [
+        Loss(f"{_named(sensor_text(name))}, outliers", "left out one by one", counts.get(f"{OUTLIERS}{name}", 0))
+        for name in SensorHealth._fields
+    ]
+    return sorted((loss for loss in found if loss.lost), key=lambda loss: -loss.lost)
+
+
 def told(counts: Mapping[str, int], received: Mapping[str, int], doubled: Collection[str] = ()) -> list[Loss]:
     """Return what was lost by source, the greatest share first; then what has none, the greatest count first.
+
+    What came and was not believed is no loss (`outliers`).
 
     Args:
         counts: as `losses` returns them.
         received: as `Received` counts them.
         doubled: as `two_senders` names them: a part of what they lost is what a second sender took the place of.
     """
-    risen = {name: count for name, count in counts.items() if count}
+    risen = {name: count for name, count in counts.items() if count and not name.startswith(OUTLIERS)}
     found = [loss for loss in _found(risen, received, doubled) if loss.lost]
     return sorted(found, key=lambda loss: (not loss.of, -loss.share if loss.of else -loss.lost))
 
@@ -149,9 +160,6 @@ def _found(counts: dict[str, int], received: Mapping[str, int], doubled: Collect
     for node in {found[1]: None for name in counts if (found := _OF_NODE.match(name))}:
         yield Loss(f"node {node}", "frames or messages dropped", sum(_taken(counts, f"node{node}").values()))
         yield Loss(f"node {node}, restarts", "times", counts.pop(f"node{node}_restarts", 0))
-    for sensor in SensorHealth._fields:
-        outliers = counts.pop(f"{OUTLIERS}{sensor}", 0)
-        yield Loss(f"{_named(sensor_text(sensor))}, outliers", "left out one by one", outliers)
     rest = sum(max(counts.pop(name), 0) for name in [*counts] if name.startswith("transfers_"))
     yield Loss(_NAMES["transfers"], "frames or messages dropped", rest)
     for name, count in counts.items():

@@ -161,6 +161,7 @@ def _side(metres: float, positive: str, negative: str) -> str:
 def _found(summary: Summary) -> Rows:
     """Return what was wrong, as the vehicle found it, and what was made wrong on purpose."""
     found = health_record.key_figures(summary["health"], summary["logged_s"])
+    found += [(loss.source, loss.text) for loss in losses.outliers(summary["losses"])]
     found += [*_true_weight(summary), *findings.key_figures(summary["found"])]
     if left := left_by_the_fins(summary):
         found.append(("left at the end", left))

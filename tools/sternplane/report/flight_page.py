@@ -98,8 +98,9 @@ def _events(log: Run) -> list[tuple[Any, ...]]:
 
 
 def _losses(summary: Summary) -> Iterator[Section]:
-    """Yield what was lost on wires and links, for people, and every count."""
+    """Yield what was lost on wires and links and what was refused of what came, for people, and every count."""
     told = losses.told(summary["losses"], summary["received"], summary["two_senders"])
+    told += losses.outliers(summary["losses"])
     if not told:
         return
     seen = summary["losses_seen_s"]
@@ -112,7 +113,7 @@ def _losses(summary: Summary) -> Iterator[Section]:
         Table([[loss.source, loss.text] for loss in told], style="words"),
         Table(counts, head=("count", "", "first, s", "last, s"), style="numbers"),
     )
-    yield Section("Losses", tables=tables, wide=True, anchor="losses")
+    yield Section("Losses and refused values", tables=tables, wide=True, anchor="losses")
 
 
 def _warnings(log: Run, summary: Summary) -> list[str]:
