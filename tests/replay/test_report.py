@@ -479,6 +479,12 @@ def test_no_two_kinds_of_health_have_one_colour(tmp_path: Path, toy: SimpleNames
     assert len(set(colours.values())) == len(colours)
 
 
+def test_a_hash_of_the_processors_flags_is_called_one(flown: Path) -> None:
+    log = read(flown)
+    words = " ".join(Page(flight_page.flight_page(log, summarise(log))).words)
+    assert f"cpu flags, hash of their names {log.header['machine']['cpu flags']}" in words
+
+
 def test_the_scenarios_sentence_is_there(tmp_path: Path, toy: SimpleNamespace) -> None:
     log = read(toy.fly(tmp_path / "log.mcap", description="Sails a slow curve & <stops>."))
     assert "Sails a slow curve & <stops>." in Page(flight_page.flight_page(log, summarise(log))).words

@@ -370,6 +370,15 @@ def test_a_few_of_many_flights_may_do_something_without_cause_and_are_shown():
         assert ("ended without cause in 1 of 19 flights: attitude lost (1)" in html) == (mood == "bad")
 
 
+def test_the_page_says_after_how_many_of_the_faults_it_was():
+    one, other = flown("off:dvl", SAFE), flown("off:ahrs", SAFE)
+    assert "What became of the vehicle after the fault off:dvl, judged" in page([one], rows([one]), ["one"], [])
+    both = page([one, other], rows([one, other]), ["one"], [])
+    assert f"What became of the vehicle after 2 of the {len(TRIALS)} faults, judged" in both
+    every = [flown(title, SAFE) for title in TRIALS]
+    assert "What became of the vehicle after every fault, judged" in page(every, rows(every), ["one"], [])
+
+
 def test_the_page_says_what_else_may_be_named_and_why_a_rule_may_end_the_mission():
     flights = [flown("set:current.east=2", SAFE), flown("off:ahrs", SAFE)]
     html = page(flights, rows(flights), ["one"], [])

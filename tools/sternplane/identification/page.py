@@ -12,7 +12,7 @@ from sternplane.identification.estimate import Identification
 from sternplane.identification.recording import Recording
 from sternplane.logs.run import Run
 from sternplane.report.drawing import ESTIMATE, REFERENCE, TRUTH, Plot, line
-from sternplane.report.page import Heading, Page, Section, Table, plot_section, render, rows_of
+from sternplane.report.page import Heading, Page, Section, Table, made_by, plot_section, render, rows_of
 
 POINTS = 1500
 """So many are drawn of a line over time."""
@@ -22,7 +22,6 @@ def page(log: Run, recording: Recording, found: Identification, document: dict[s
     """Return the page; `document` is what `results.result_document` made."""
     weak = [(f"{100.0 * one['sigma']:.2g} %", one["direction"]) for one in document["weak"]]
     events = [(f"{t:.2f} s", text) for t, text in log.sentences if document["from"] <= t <= document["to"]]
-    made_by = log.header.get("machine", {}) | log.header.get("versions", {})
     directions = Table(rows_of(weak), style="log", caption="1 sigma of each, as a share of the values that were found.")
     sections: list[Section | Heading] = [
         Section("Coefficients", tables=(_coefficients(document),), wide=True),
@@ -30,7 +29,7 @@ def page(log: Run, recording: Recording, found: Identification, document: dict[s
         Section("Combinations of coefficients, the least known first", tables=(directions,)),
         Section("Residuals of maximum likelihood", tables=(_residuals(document),)),
         Section("Events", tables=(Table(rows_of(events or [("", "none")]), style="log"),)),
-        Section("Made by", tables=(Table(rows_of(made_by.items()), style="log"),)),
+        Section("Made by", tables=(Table(made_by(log.header), style="log"),)),
     ]
     missing = "; ".join(document["not_identifiable"])
     return render(

@@ -22,7 +22,7 @@ from sternplane.report import fault_marks, health_plot
 from sternplane.report.adoption_table import adoption_section
 from sternplane.report.figures import Figures, mode_colours
 from sternplane.report.limits_table import limits_section
-from sternplane.report.page import Cell, Heading, Page, Section, Table, plot_section, render, rows_of
+from sternplane.report.page import Cell, Heading, Page, Section, Table, made_by, plot_section, render
 from sternplane.report.steering_text import control_of, steering_text
 
 _MOST_EVENTS = 500
@@ -58,8 +58,7 @@ def flight_page(log: Run, summary: Summary) -> str:
     sections.append(Heading("Set-up", anchor="setup"))
     if settings := [*_settings(header)]:
         sections.append(Section("Law, gains and configuration", tables=(Table(settings, style="log"),), wide=True))
-    made_by = header.get("machine", {}) | header.get("versions", {})
-    sections.append(Section("Made by", tables=(Table(rows_of(made_by.items()), style="log"),), wide=True))
+    sections.append(Section("Made by", tables=(Table(made_by(header), style="log"),), wide=True))
     page = Page(
         title=str(header.get("scenario", "run")),
         status=outcome(summary),

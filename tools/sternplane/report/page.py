@@ -173,6 +173,13 @@ def rows_of(pairs: Iterable[tuple[Any, Any]]) -> list[list[str]]:
     return [[str(a), str(b)] for a, b in pairs]
 
 
+def made_by(header: Mapping[str, Any]) -> list[list[str]]:
+    """Rows of the machine and the libraries that a run was made with, from the header of its log."""
+    words = {"cpu flags": "cpu flags, hash of their names"}
+    found = header.get("machine", {}) | header.get("versions", {})
+    return [[words.get(name, str(name)), str(value)] for name, value in found.items()]
+
+
 def _drawn(plot: Plot) -> tuple[Any, Any, bool]:
     """What plotly.js draws: data and layout; and whether its x axis is the time that all plots share."""
     figure = plot.figure

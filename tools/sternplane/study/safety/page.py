@@ -15,7 +15,7 @@ from firmware_py.records.command import AscentStage
 from sternplane.report.page import Cell, Page, Section, Table, environment, render
 from sternplane.study.page import target_text
 from sternplane.study.rows import Row
-from sternplane.study.safety.campaign import GROUPS, LEFT_OUT
+from sternplane.study.safety.campaign import GROUPS, LEFT_OUT, TRIALS
 from sternplane.study.safety.columns import ACCUSED, COLUMNS, ENDED, Column, words
 from sternplane.study.safety.flight_list import (
     NEEDLESS_END,
@@ -56,7 +56,7 @@ def page(
             title="Safety study",
             status=f"{unsafe} of {len(flights)} flights unsafe · {judged - missed} of {judged} targets met",
             mood="bad" if missed else "good",
-            description="What became of the vehicle after every fault, judged by the truth of the plant: "
+            description=f"What became of the vehicle {_faults(verdicts)}, judged by the truth of the plant: "
             f"a dive to 28 m over a bottom of {BOTTOM:g} m, with a limit of {DEPTH_MAX:g} m. "
             f"A fault begins at {', '.join(f'{t:g}' for t in ONSETS)} s: about {', '.join(PLACES)} deep.",
             identity=(
@@ -91,6 +91,16 @@ def page(
             ],
         )
     )
+
+
+def _faults(verdicts: Sequence[Verdict]) -> str:
+    """Return after which faults it was: every one, some or a single one."""
+    told = {v.trial.title for v in verdicts}
+    if not told:
+        return "without a fault"
+    if len(told) == 1:
+        return f"after the fault {next(iter(told))}"
+    return "after every fault" if len(told) == len(TRIALS) else f"after {len(told)} of the {len(TRIALS)} faults"
 
 
 def _unneeded(count: int) -> str:
