@@ -107,5 +107,7 @@ class LossWatch:
 
 def _sentence(name: str, more: int, others: int = 0) -> str:
     """Return a sentence that mostly fits into one STATUSTEXT of 50 characters."""
-    told = f"{name.replace('_', ' ')}: {more} in 1 s"
+    # Messages missed in a silence are counted when it is over: not in this second were they lost.
+    rate = "more" if name.endswith("_missed") else "in 1 s"
+    told = f"{name.replace('_', ' ')}: {more} {rate}"
     return f"{told}, and {others} other{'s' if others > 1 else ''}" if others else told

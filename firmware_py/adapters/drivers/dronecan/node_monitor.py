@@ -21,6 +21,8 @@ OFFLINE = 3.0
 """A node without a NodeStatus for longer is not there, s."""
 HOLD = 5.0
 """A second sender that was not noticed for so long is gone, s."""
+SILENCE = 1.5
+"""A node of which nothing at all came for longer was silent, s: its NodeStatus comes every second."""
 HEALTH = ("ok", "warning", "error", "critical")
 MODES = {0: "operational", 1: "initialization", 2: "maintenance", 3: "software update", 7: "offline"}
 """Of NodeStatus, as words."""
@@ -71,6 +73,21 @@ class _Node:
     info: GetNodeInfoResponse | None = None
 
 
+@dataclass(slots=True)
+class _Silences:
+    """How long a node was silent in all, s, and when anything of it came last."""
+
+    total: float = 0.0
+    t: float = math.inf
+
+    def hear(self, t: float) -> float:
+        """Take the time of any message of it; return the total."""
+        if t - self.t > SILENCE:
+            self.total += t - self.t
+        self.t = t
+        return self.total
+
+
 class NodeMonitor:
     """Follows the nodes of a bus by their transfers; times are the caller's, s.
 
@@ -84,6 +101,7 @@ class NodeMonitor:
         self.identities = NodeIdentities(OFFLINE)
         self._nodes: dict[int, _Node] = {}
         self._watches: dict[tuple[int, int], SenderWatch] = {}
+        self._silences: dict[int, _Silences] = {}
         self.noticed: dict[int, float] = {}
         """When a second sender was noticed last, by node id."""
         self.malformed = 0
@@ -105,7 +123,8 @@ class NodeMonitor:
         watch = self._watches.get(key)
         if watch is None:
             watch = self._watches[key] = SenderWatch()
-        believed, second = watch.accept(transfer.transfer_id, transfer.t)
+        silent = self._silences.setdefault(transfer.source, _Silences()).hear(transfer.t)
+        believed, second = watch.accept(transfer.transfer_id, transfer.t, silent)
         if not believed:
             self._node(transfer.source)
             watch.strays += 1
@@ -146,7 +165,8 @@ class NodeMonitor:
     def counts(self, node_id: int) -> dict[str, int]:
         """Return what was lost of a node, or not believed.
 
-        missed: messages but NodeStatus that did not come, or were not believed, by their ids.
+        missed: messages but NodeStatus that did not come, or were not believed, by their ids; behind a silence also
+        by their usual interval.
         """
         node, watches = self._nodes.get(node_id, _NOTHING), self._watches.items()
         status = NODE_STATUS.data_type_id

@@ -61,9 +61,9 @@ class NodeWatch:
     def losses(self, dropped_from: Mapping[int, Dropped]) -> dict[str, int]:
         """Return what was lost of each node, by its role and the cause, without what did not happen.
 
-        missed: messages with measurements that did not come, or were not believed, by their ids; the other counts are
-        of frames and of what was received. Of a node with several roles what goes by the types of messages is theirs,
-        and the rest its own: node21_restarts.
+        missed: messages with measurements that did not come, or were not believed, by their ids and, behind a silence,
+        their usual interval; the other counts are of frames and of what was received. Of a node with several roles
+        what goes by the types of messages is theirs, and the rest its own: node21_restarts.
         """
         found: dict[str, int] = {}
         for node_id, roles in self.roles.items():

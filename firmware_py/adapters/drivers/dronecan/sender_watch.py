@@ -26,10 +26,16 @@ class SenderWatch:
     The id of the last transfer once more is 32 further on, or a stray. One such stray proves nothing: after a stall of
     ours, or a restart of the sender, any id may come. But who of the two is the sender is then in doubt: the one before
     is taken back, and the next transfer of the stream is not believed either.
+
+    Ids tell losses up to a round of them. Behind a longer gap the usual interval tells how many rounds were lost too.
+    A stream may pause of itself, as that of fixes under water: of a long gap only the time counts in which nothing at
+    all of the node came. They are counted when the stream goes on at its pace: after a stall of ours it catches up
+    first, and nothing was lost.
     """
 
     __slots__ = (
-        *("_answered", "_burst", "_last", "_met", "_period", "_size", "_stray", "_t", "_t_stray", "_twice"),
+        *("_answered", "_burst", "_come", "_due", "_last", "_met", "_period", "_silent", "_size", "_stray", "_t"),
+        *("_t_stray", "_twice"),
         *("in_doubt", "missed", "strays"),
     )
 
@@ -43,19 +49,22 @@ class SenderWatch:
         self._answered = False
         self._twice = False
         self._met = 0
+        self._silent = 0.0
+        self._due, self._come = 0.0, 0
         self.in_doubt = False
         """Whether the last transfer leaves it open who the sender is: what was believed before is taken back."""
         self.missed = 0
-        """Transfers of the stream that did not come, by their ids; whole rounds of ids are not seen."""
+        """Transfers of the stream that did not come, by their ids; whole rounds of them by the usual interval."""
         self.strays = 0
         """Transfers that were not believed; whoever asks counts them."""
 
-    def accept(self, transfer_id: int, t: float) -> tuple[bool, bool]:
+    def accept(self, transfer_id: int, t: float, silent: float = 0.0) -> tuple[bool, bool]:
         """Take the next transfer.
 
         Args:
             transfer_id: modulo 32, as it came.
             t: when it came, s.
+            silent: how long the node was silent until t in all its silences, s.
 
         Returns:
             Whether to believe it: it is of the stream, not a stray; whether it shows a second sender.
@@ -81,9 +90,24 @@ class SenderWatch:
             return False, self._met >= _ENOUGH
         if self._last >= 0:
             self.missed += step - 1
+            self._count_rounds(step, gap, gap if gap <= _GAP else min(gap, silent - self._silent))
+        self._silent = silent
         self.in_doubt, self._twice = self._twice, False
         self._last, self._t = transfer_id, t
         return not self.in_doubt, False
+
+    def _count_rounds(self, step: int, gap: float, unheard: float) -> None:
+        """Count whole rounds of ids that were lost in a gap of which the node was `unheard` for so long, s."""
+        if not self._period:
+            return
+        due = round(self._size) * unheard / self._period
+        if due > 0.5 * _IDS:
+            self._due, self._come = self._due + due, self._come + step
+        elif self._due and gap < 0.5 * self._period:
+            self._come += step
+        elif self._due:
+            self.missed += _IDS * max(round((self._due - self._come) / _IDS), 0)
+            self._due, self._come = 0.0, 0
 
     def _learn(self, gap: float) -> None:
         """Take an interval into the mean period, and none into the burst that has come.

@@ -142,3 +142,14 @@ def test_what_came_twice_and_the_state_of_a_wire_are_no_loss() -> None:
     sums = Communication()
     sums.update({"transfers_duplicate": 40, "bus_down": 1, "second_bus_passive": 1, "dvl_broken": 1}, 1)
     assert (sums.bus, sums.serial, sums.drop_rate) == (0, 0, 0)
+
+
+def test_messages_missed_in_a_silence_are_not_told_as_lost_in_one_second() -> None:
+    counts, told = {"ahrs_missed": 0}, []
+    watch = LossWatch()
+    watch.tell = told.append
+    watch.add(lambda: counts)
+    for k, missed in ((0, 0), (100, 500)):
+        counts["ahrs_missed"] = missed
+        watch.update(cycle(k))
+    assert told == ["ahrs missed: 500 more"]

@@ -10,8 +10,8 @@ import pytest
 from firmware_py.adapters.drivers.dronecan.node_monitor import NodeMonitor
 from firmware_py.adapters.drivers.dronecan.sender_watch import SenderWatch
 from firmware_py.wire.dronecan.equipment_messages import AhrsSolution
-from firmware_py.wire.dronecan.message_table import AHRS_SOLUTION
-from firmware_py.wire.dronecan.transfer import Reassembler, TransferSender
+from firmware_py.wire.dronecan.message_table import AHRS_SOLUTION, NODE_STATUS
+from firmware_py.wire.dronecan.transfer import Reassembler, Transfer, TransferSender
 
 
 def fed(transfers: Iterable[tuple[int, float]]) -> list[tuple[bool, bool]]:
@@ -173,3 +173,43 @@ def test_a_sender_of_bursts_that_counts_anew_is_believed_from_its_second_burst_o
     doubted = [i for i, (believed, _) in enumerate(heard) if not believed]
     assert doubted == ([] if first == 17 else [2000, 2001, 2002, 2003])
     assert not any(second for _, second in heard)
+
+
+@pytest.mark.parametrize("silence", [0.4, 1.0, 1.9, 2.4, 5.0, 5.12, 20.0])
+@pytest.mark.parametrize("rate", [10.0, 50.0, 100.0])
+def test_what_was_lost_in_a_silence_of_the_node_is_counted_whole(rate: float, silence: float) -> None:
+    """The stream and a NodeStatus each second, as they come; in the silence neither does."""
+    sent = [(t, AHRS_SOLUTION, i) for i, t in stream(rate, 60.0)]
+    sent += [(t + 0.003, NODE_STATUS, i) for i, t in stream(1.0, 60.0)]
+    monitor = NodeMonitor()
+    for t, kind, i in sorted(sent, key=lambda one: one[0]):
+        if not 30.0 < t <= 30.0 + silence:
+            monitor.accept(Transfer(kind, 7, i % 32, 0, b"", t))
+    assert monitor.counts(7)["missed"] == sum(
+        kind is AHRS_SOLUTION and 30.0 < t <= 30.0 + silence for t, kind, _ in sent
+    )
+
+
+def test_what_was_lost_while_a_node_began_to_count_anew_is_counted_to_half_a_round() -> None:
+    monitor = NodeMonitor()
+    for i, t in stream(100.0, 30.0) + stream(100.0, 30.0, start=50.0):
+        monitor.accept(Transfer(AHRS_SOLUTION, 7, i % 32, 0, b"", t))
+    assert monitor.counts(7)["missed"] == pytest.approx(2000, abs=17)
+
+
+def test_a_stream_that_pauses_while_its_node_is_heard_loses_nothing() -> None:
+    sent = [(t if i < 50 else t + 200.0, AHRS_SOLUTION, i) for i, t in stream(5.0, 20.0)]
+    sent += [(t + 0.003, NODE_STATUS, i) for i, t in stream(1.0, 250.0)]
+    monitor = NodeMonitor()
+    for t, kind, i in sorted(sent, key=lambda one: one[0]):
+        monitor.accept(Transfer(kind, 7, i % 32, 0, b"", t))
+    assert monitor.counts(7)["missed"] == 0
+
+
+@pytest.mark.parametrize("stall", [0.4, 1.5, 3.0])
+def test_what_is_read_at_once_after_a_stall_is_not_lost(stall: float) -> None:
+    watch = SenderWatch()
+    for i, t in stream(100.0, 60.0):
+        late = 30.0 < t < 30.0 + stall
+        watch.accept(i % 32, 30.0 + stall if late else t, stall if t > 30.0 else 0.0)
+    assert watch.missed == 0
