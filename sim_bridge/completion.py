@@ -8,6 +8,7 @@ from collections.abc import Callable
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.event import EventKind
 from firmware_py.records.event_text import sentences
+from firmware_py.records.health import WeightState
 from firmware_py.records.order import Mode
 from sim_bridge.scenarios import Completes
 
@@ -16,6 +17,10 @@ SURFACE = 1.0
 _SUNK = 2.0
 _TICK = 0.2
 """Longer than any tick, s: the last one of a scenario begins no earlier than this before its end."""
+_OPEN = (WeightState.HELD, WeightState.SILENT, WeightState.COMMANDED)
+"""A drop weight of which it is not yet known whether the release has done it."""
+_CONFIRMED = 5.0
+"""For so long is it awaited what became of a drop weight, s: after 3 s, as shipped, the vehicle says that it stays."""
 _DOING = {
     Mode.MISSION: "flew its mission",
     Mode.RETURN: "was returning",
@@ -155,7 +160,8 @@ class Completion:
             if refusals := [event for event in cycle.events if event.kind is EventKind.ARMING_REFUSED]:
                 self._refused = sentences(refusals)[-1].text
         if mode is before:
-            watched = self._t_up < math.inf and cycle.tick.t - self._t_up >= self._watch
+            up = cycle.tick.t - self._t_up
+            watched = up >= self._watch and not (up < _CONFIRMED and _awaits_weight(cycle))
             self.done = self.done or (watched and not self._sank)
             return
         self._mode, self._up, self._t_up = mode, False, math.inf
@@ -170,7 +176,7 @@ class Completion:
             if not self._up:
                 self._abort("it was disarmed too soon")
             if self._completes is Completes.SURFACED and self._up:
-                self.done = self._watch == 0.0
+                self.done = self._watch == 0.0 and not _awaits_weight(cycle)
                 self._t_up = math.inf if self.done else cycle.tick.t
 
     def _is_up(self) -> bool:
@@ -190,6 +196,11 @@ class Completion:
         self._last = self._said or "nobody said why"
         if not self._aborted:
             self._aborted, self._ended_by = self._last, by
+
+
+def _awaits_weight(cycle: Cycle) -> bool:
+    """Return whether the release of the weight is commanded, and its hardpoint has yet to say what became of it."""
+    return cycle.mode.drop and cycle.actuators.drop_weight in _OPEN
 
 
 def _cause(sentence: str) -> str:

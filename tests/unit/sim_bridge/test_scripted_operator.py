@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from firmware_py.records.event import Cause, Event, EventKind, Severity
+from firmware_py.records.health import WeightState
 from firmware_py.records.order import KEEP_SETPOINT, NO_ORDER, Arming, Mode, Setpoint
 from firmware_py.tick import Tick
 from sim_bridge.scenarios import parse
@@ -24,12 +25,23 @@ def operator(**table):
     )
 
 
-def cycle(psi=0.0, mode=Mode.MANUAL, z=0.2, fix=False, failsafe=False, drop=False, events=(), t=0.0):
+def cycle(
+    psi=0.0,
+    mode=Mode.MANUAL,
+    z=0.2,
+    fix=False,
+    failsafe=False,
+    drop=False,
+    events=(),
+    t=0.0,
+    weight=WeightState.UNREPORTED,
+):
     return SimpleNamespace(
         tick=SimpleNamespace(t=t),
         state=SimpleNamespace(eta=SimpleNamespace(psi=psi, z=z)),
         heard=SimpleNamespace(fix=SimpleNamespace(ok=fix)),
         mode=SimpleNamespace(mode=mode, failsafe=failsafe, drop=drop),
+        actuators=SimpleNamespace(drop_weight=weight),
         events=events,
     )
 
@@ -191,6 +203,37 @@ def test_a_weight_whose_release_nobody_confirmed_is_not_said_to_be_gone():
     ground.write(cycle(mode=Mode.DISARMED, drop=True, events=(changed(Mode.DISARMED, Cause.SURFACED),)))
     expected = "surfaced safely, the release of its drop weight commanded, because of a rule: water in the hull"
     assert ground.completion.reason == expected
+
+
+@pytest.mark.parametrize(
+    ("becomes", "after", "told"),
+    [
+        (WeightState.RELEASED, 0.3, "without its drop weight,"),
+        (WeightState.STUCK, 3.1, "the release of its drop weight commanded,"),
+        (WeightState.COMMANDED, 5.0, "the release of its drop weight commanded,"),
+    ],
+)
+def test_a_flight_whose_weight_is_released_at_the_surface_goes_on_until_it_is_known_what_became_of_it(
+    becomes, after, told
+):
+    ground = operator(completes="surfaced")
+    ground.write(cycle(mode=Mode.MISSION))
+    ground.write(cycle(mode=Mode.SURFACE, failsafe=True, events=(changed(Mode.SURFACE, Cause.LEAK),)))
+    surfaced = (changed(Mode.DISARMED, Cause.SURFACED),)
+    ground.write(cycle(mode=Mode.DISARMED, drop=True, events=surfaced, t=90.0, weight=WeightState.HELD))
+    ended = None
+    for k in range(1, 600):
+        t = 90.0 + 0.01 * k
+        state = becomes if t >= 90.0 + after - 1e-6 else WeightState.COMMANDED
+        released = Event(EventKind.WEIGHT_RELEASED, Severity.WARNING, cause=Cause.HARDPOINT_OPEN)
+        events = (released,) if state is WeightState.RELEASED else ()
+        ground.write(cycle(mode=Mode.DISARMED, drop=True, events=events, t=t, weight=state))
+        if ground.completion.done:
+            ended = t
+            break
+    assert ended == pytest.approx(90.0 + after, abs=0.011)
+    assert ground.completion.surfaced
+    assert ground.completion.reason == f"surfaced safely, {told} because of a rule: water in the hull"
 
 
 def test_a_vehicle_that_says_surfaced_in_the_deep_has_not_surfaced_safely_and_both_are_told():

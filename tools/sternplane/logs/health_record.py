@@ -94,6 +94,7 @@ class HealthRecord:
         ascent: values are `AscentStage`.
         drop: of the drop weight; values are `WeightState`, 0 while it is held. Without reports the command counts.
         commanded: 1 from when its release is commanded.
+        leak: 1 while the leak sensor says that water is in the hull.
     """
 
     def __init__(self, log: Run) -> None:
@@ -101,6 +102,7 @@ class HealthRecord:
         self.sensors: dict[str, Timeline] = {}
         self.actuators: dict[str, Timeline] = {}
         self.ascent, self.drop, self.commanded, self.velocity = Timeline(), Timeline(), Timeline(), Timeline()
+        self.leak = Timeline()
         self._stuck: dict[str, float] = {}
 
     def add(self, piece: Piece) -> None:
@@ -112,8 +114,8 @@ class HealthRecord:
                 timelines.setdefault(name, Timeline()).add(t, values, dt)
         stuck = c.get("actuators.left.stuck", np.empty((1, 0)))
         self._stuck = dict(zip(fin_names(self._header, stuck.shape[1]), stuck[-1].tolist(), strict=True))
-        followed = ("mode.ascent", "applied.drop", "state.velocity_source")
-        for path, timeline in zip(followed, (self.ascent, self.commanded, self.velocity), strict=True):
+        followed = ("mode.ascent", "applied.drop", "state.velocity_source", "state.leak")
+        for path, timeline in zip(followed, (self.ascent, self.commanded, self.velocity, self.leak), strict=True):
             if path in c:
                 timeline.add(t, c[path], dt)
         if "applied.drop" in c:

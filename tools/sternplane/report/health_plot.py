@@ -49,7 +49,7 @@ class _Strip(NamedTuple):
 
 
 def health_plot(health: HealthRecord, figure: Any) -> Plot | None:
-    """Return the strips of what was ever not good, of the ascent and the drop weight; None where all was well.
+    """Return the strips of what was ever not good, of a leak, the ascent and the drop weight; None where all was well.
 
     Beside a DVL that was not believed stands what the velocity rested on.
     """
@@ -84,7 +84,7 @@ def health_plot(health: HealthRecord, figure: Any) -> Plot | None:
     rows = [strip.name for strip in strips]
     figure.update_yaxes(autorange="reversed", type="category", categoryorder="array", categoryarray=rows)
     figure.update_layout(showlegend=True)
-    note = "What was ever not good, and how the vehicle came up. All else was good throughout."
+    note = "What was ever not good, and how the vehicle came up. All other sensors and actuators were good throughout."
     return Plot(TITLE, note, figure, height=_AROUND_PX + _ROW_PX * len(rows))
 
 
@@ -97,6 +97,8 @@ def _strips(health: HealthRecord) -> Iterator[_Strip]:
     for name, line in health.actuators.items():
         if not line.quiet:
             yield _Strip(name, line, actuator_words, _actuator)
+    if not health.leak.quiet:
+        yield _Strip("hull", health.leak, lambda value: "water in the hull" if value else "", _actuator)
     if not health.ascent.quiet:
         yield _Strip("coming up", health.ascent, stage_words, _stage)
     if not health.drop.quiet:
