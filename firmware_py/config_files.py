@@ -137,7 +137,7 @@ def with_kept_changes(configuration: Configuration, state: Path | None) -> dict[
         **configuration,
         "files": {**configuration["files"], "autopilot": f"{path} over {configuration['files']['autopilot']}"},
         "autopilot": merge(base, changes),
-        "changed": {key: _below(was, key) for key in _dotted(changes)},
+        "changed": {key: below(was, key) for key in _dotted(changes)},
     }
 
 
@@ -170,9 +170,10 @@ def _dotted(table: Mapping[str, Any], prefix: str = "") -> Iterator[str]:
             yield f"{prefix}{key}"
 
 
-def _below(table: Mapping[str, Any], key: str) -> Any:
+def below(table: Mapping[str, Any], key: str) -> Any:
+    """Return what stands in a table at a dotted key."""
     head, _, rest = key.partition(".")
-    return _below(table[head], rest) if rest else table[head]
+    return below(table[head], rest) if rest else table[head]
 
 
 def read_table(cls: type[Any], path: Path, over: Mapping[str, Any]) -> dict[str, Any]:

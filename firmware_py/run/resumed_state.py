@@ -25,6 +25,8 @@ _ROUNDING = 1.0
 """Pa."""
 _LONGEST = 300
 """Of the reason in a sentence, characters."""
+_MOST_CHANGES = 10
+"""Of the parameters that a sentence names; the rest is counted."""
 _INSTEAD: Mapping[str, str] = {
     kept_navigation.FILE: "position, depth of the surface and mode begin as in a first run",
     kept_node_ids.FILE: "devices are given node ids anew",
@@ -64,6 +66,8 @@ def resume_state(
     config_files.refuse_changed(settings, state)
     kept, notes = _navigation(folder, over, state, params, factors, settings) if state is not None else ({}, [])
     chosen = kept_passport.passport_in(choice.file) if choice.file is not None else None
+    changed = config_files.read_configuration(folder, over, state, settings=settings)
+    notes += [said] if state is not None and (said := changed_by_stations(changed, state / store.FILE)) else []
     path = chosen or (state / kept_passport.FILE if state is not None else None)
     if choice.refused or path is None or (choice.file is None and not is_there(path)):
         return kept, notes
@@ -97,6 +101,23 @@ def _navigation(
         kept["weight_gone"] = 1.0
         notes.append(f"the drop weight was released in an earlier run: fit another one, and remove {weight}")
     return kept, notes
+
+
+def changed_by_stations(configuration: config_files.Configuration, file: Path) -> str:
+    """Return which parameters of a configuration stations changed in earlier runs, which `file` keeps; "" if none."""
+    told = [
+        f"{key} = {_value(config_files.below(configuration['autopilot'], key))} ({_value(was)} without)"
+        for key, was in configuration["changed"].items()
+    ]
+    if not told:
+        return ""
+    more = len(told) - _MOST_CHANGES
+    rest = f"; and {more} more" if more > 0 else ""
+    return f"changed by stations in an earlier run, and kept in {file}: {'; '.join(told[:_MOST_CHANGES])}{rest}"
+
+
+def _value(value: Any) -> str:
+    return str(value).lower() if isinstance(value, bool) else f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def usable_air(kept: float, params: DepthParams) -> tuple[float, str]:

@@ -55,7 +55,7 @@ A key ends in the unit of its value. An unknown key, a wrong unit and a value ou
 and key. `name[].key` stands for a key in each `[[name]]` table. What each coefficient multiplies, its scale, sign, unit
 and size: [coefficients](coefficients.md). The last column is the MAVLink name under which ground stations see and
 change a parameter. Changes are saved in `parameters.toml` in the `--state` folder and override `autopilot.toml` at the
-next start.
+next start, which tells them.
 
 For one flight, `--set FILE.KEY=VALUE` sets a key without a change of files: `--set autopilot.control.law=pid`. FILE
 is `vehicle`, `autopilot` or `io`, and in simulation `truth`, `sensors` or `scenario` too. The tables before a key and

@@ -15,7 +15,7 @@ from firmware_py.estimation.navigation.navigation import KeptNavigation
 from firmware_py.params import ParamError
 from firmware_py.run import kept_navigation, kept_plans
 from firmware_py.run.kept_plans import with_kept_plans
-from firmware_py.run.resumed_state import resume_state, set_aside_unusable
+from firmware_py.run.resumed_state import changed_by_stations, resume_state, set_aside_unusable
 from firmware_py.run.usage_error import UsageError
 
 CONFIG = configs() / "npsauv2"
@@ -151,3 +151,22 @@ def test_a_file_in_the_folders_place_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="is not a folder; choose another"):
         set_aside_unusable(CONFIG, None, tmp_path / "state")
     assert (tmp_path / "state").read_text() == "precious"
+
+
+def test_what_stations_changed_for_good_is_told_at_the_next_start(tmp_path: Path) -> None:
+    (tmp_path / "parameters.toml").write_text("[control.adoption]\nenabled = false\n[safety]\ndepth_max_m = 25.5\n")
+    _, notes = resume_state(CONFIG, None, tmp_path, StateParams())
+    shipped = config_files.read_configuration(CONFIG)["autopilot"]["safety"]["depth_max_m"]
+    assert notes == [
+        f"changed by stations in an earlier run, and kept in {tmp_path / 'parameters.toml'}: "
+        f"control.adoption.enabled = false (true without); safety.depth_max_m = 25.5 ({shipped:g} without)"
+    ]
+
+
+def test_of_many_changed_parameters_ten_are_named_and_the_rest_is_counted() -> None:
+    keys = {f"safety.k{i}": 1.0 for i in range(12)}
+    table = {"safety": {f"k{i}": 2.0 for i in range(12)}}
+    said = changed_by_stations({"autopilot": table, "changed": keys}, Path("parameters.toml"))
+    assert said.count(" = 2 (1 without)") == 10
+    assert said.endswith("; and 2 more")
+    assert changed_by_stations({"autopilot": table, "changed": {}}, Path("parameters.toml")) == ""
