@@ -18,6 +18,10 @@ class DevicePort(Protocol):
     def released(self) -> bool:
         """Return whether the drop weight was let go."""
 
+    @property
+    def babbled(self) -> int:
+        """Return how many frames of no use a babbling node has sent."""
+
     def initialise(self, plant: Plant, /) -> None:
         """Take the initial state of the plant."""
 
@@ -77,6 +81,11 @@ class Bridge:
     def depth(self) -> float:
         """Return the true depth at the last tick, m."""
         return self._plant.eta.z
+
+    @property
+    def babbled(self) -> int:
+        """Return how many frames of no use a babbling node has sent."""
+        return self._devices.babbled
 
     def truth(self) -> TruthSample:
         """Return the true state at the last tick."""

@@ -88,6 +88,8 @@ class HilDevices:
         self._off: set[str] = set()
         self.released = False
         """Whether the drop weight was let go."""
+        self.babbled = 0
+        """Frames of no use: there is no bus."""
         self._holds_weight = False
 
     def initialise(self, plant: Plant) -> None:

@@ -31,6 +31,10 @@ class ForeignPort(Generic[N]):
     def released(self) -> bool:
         return self._devices.released
 
+    @property
+    def babbled(self) -> int:
+        return self._devices.babbled
+
     def initialise(self, plant: Plant) -> None:
         self._devices.initialise(plant)
 

@@ -191,6 +191,11 @@ class Devices:
         """Return whether the drop weight was let go."""
         return self._hardpoint.released
 
+    @property
+    def babbled(self) -> int:
+        """Return how many frames of no use a babbling node has sent."""
+        return self.bus.babbled
+
     def publish(self, k: int, t: float, plant: Plant) -> None:
         """Send the messages of tick `k`, at time `t`; return when the autopilot can read all of them."""
         for publisher in self._publishers.values():

@@ -17,12 +17,14 @@ class FaultyBus:
         down: whether it carries nothing.
         lost: decides for each frame, either way, whether it is lost; None: none is.
         babble: frames of no use, sent at each `tick`, Hz.
+        babbled: how many of these were sent.
     """
 
     def __init__(self, bus: FramePort) -> None:
         self.down = False
         self.lost: Callable[[], bool] | None = None
         self.babble = 0.0
+        self.babbled = 0
         self._bus = bus
         self._due = 0.0
 
@@ -38,6 +40,7 @@ class FaultyBus:
         self._due += self.babble * dt
         count = int(self._due)
         self._due -= count
+        self.babbled += count
         self._bus.send([(_BABBLE_ID, bytes(8))] * count)
 
     def drain(self, limit: int) -> list[tuple[int, bytes]]:

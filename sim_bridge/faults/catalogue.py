@@ -212,6 +212,10 @@ def help_text(aboard: bool = True) -> str:
         "  the bottom is no fault: [[environment.bottom]] of a scenario (north_m, depth_m) gives it a profile, and\n"
         "  --set truth.bottom_depth=40 the depth of a flat one (m)"
     )
+    lines.append(
+        "  babble:bus: a virtual bus has no bit rate, so these frames delay and displace no others: the vehicle only\n"
+        "  has to read them; a bus of 1 Mbit/s carries some 7,000 frames of 8 bytes a second in all"
+    )
     lines.append("  water in the hull is set:leak=100 (humidity), a battery that is nearly empty set:battery=5")
     if aboard:
         lines.append(

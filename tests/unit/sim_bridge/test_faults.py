@@ -224,6 +224,7 @@ def test_the_bus_loses_babbles_and_falls_silent():
     wire.sent.clear()
     for _ in range(100):
         bus.tick(0.01)
+    assert bus.babbled == len(wire.sent)
     assert len(wire.sent) in (2549, 2550)
     bus.down = True
     bus.send([(1, b"a")])

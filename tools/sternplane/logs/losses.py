@@ -42,6 +42,7 @@ _OF_MESSAGES = (
 """Counts of a node that are told by its messages missed."""
 _WORDS = {
     "bus_not_sent": "frames that could not be sent",
+    "bus_babbled": "frames of no use, from a babbling node",
     "bus_overrun": "frames overrun in the kernel",
     "bus_failed_drains": "times that it could not be read",
     "dvl_broken": "serial line broken at the end",

@@ -275,7 +275,8 @@ def fly(
         if log is None:
             return outcome
         end = {**outcome._asdict(), "judged_by": operator.completion.judged_by}
-        counts = {**losses.totals(), **line_losses(wired.on_lines, lines)}
+        babbled = {"bus_babbled": bridge.babbled} if bridge.babbled else {}
+        counts = {**losses.totals(), **babbled, **line_losses(wired.on_lines, lines)}
         aboard.close(log, {**end, "wall_s": time.monotonic() - began, "losses": counts})
     return outcome
 
