@@ -71,6 +71,14 @@ class Kind(NamedTuple):
             return channel_of(target).unit
         return _BALLAST_UNITS[target] if self.unit == _BALLAST else self.unit
 
+    def bounds_of(self, target: str) -> tuple[float, float]:
+        """Return between what the value for a target must be, in its unit."""
+        if self.unit not in (_CHANNEL, _CHANNEL_RATE):
+            return self.low, self.high
+        channel = channel_of(target)
+        low = 0.0 if self.name == "set" and channel.is_share else -channel.most
+        return max(self.low, low), min(self.high, channel.most)
+
     def unit_text(self, target: str) -> str:
         """Return the same for an error: "1" of a number without a unit."""
         return (self.unit_of(target) or "1") + (" per second" if self.unit == _CHANNEL_RATE else "")
@@ -223,8 +231,11 @@ def help_text(aboard: bool = True) -> str:
             "  tells of it, and no order reaches the vehicle; a mission goes on without one, unless\n"
             "  safety.station.mission_action says otherwise"
         )
-    units: dict[str, list[str]] = {}
+    units: dict[tuple[str, float], list[str]] = {}
     for name, channel in CHANNELS.items():
-        units.setdefault(channel.unit, []).append(name)
-    lines.append("  units: " + "; ".join(f"{', '.join(names)} in {unit}" for unit, names in units.items()))
+        units.setdefault((channel.unit, channel.most), []).append(name)
+    of_channels = [f"{', '.join(names)} in {unit}, up to {most:g}" for (unit, most), names in units.items()]
+    lines.append(f"  units, and the most of a value, either way: {'; '.join(of_channels)}")
+    shares = [f"set:{name}" for name, channel in CHANNELS.items() if channel.is_share]
+    lines.append(f"  {', '.join(shares)}: 0 to 100")
     return "\n".join(lines)

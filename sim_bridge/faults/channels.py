@@ -15,6 +15,10 @@ _AIR, _DENSITY = 101325.0, 1000.0
 _NUMBER = re.compile(r"\.[2-4](?=\.|$)")
 """Of a device that is not the first of its kind."""
 _EARTH_RADIUS = 6.371e6
+_MOST: Mapping[str, float] = {"deg": 360.0, "deg/s": 1000.0, "m/s": 100.0, "m": 12000.0, "%": 100.0}
+"""By unit; more than the deepest sea has, m."""
+_FAR = 1e5
+"""Of a position, m: what a receiver may be off by."""
 
 
 class Channel(NamedTuple):
@@ -25,12 +29,16 @@ class Channel(NamedTuple):
         unit: in which faults give it.
         get: reading's value -> number, SI.
         put: (reading's value, number) -> reading's value.
+        most: what a fault may give it or take from it, either way, in `unit`.
+        is_share: whether it lies in [0, most] by what it is, so that no sensor can show anything else.
     """
 
     sensor: str
     unit: str
     get: Callable[[Any], float]
     put: Callable[[Any, float], Any]
+    most: float
+    is_share: bool = False
 
 
 def base_of(target: str) -> str:
@@ -50,17 +58,23 @@ def channel_of(target: str) -> Channel:
 
 
 def _field(sensor: str, name: str, unit: str) -> Channel:
-    return Channel(sensor, unit, lambda value: getattr(value, name), lambda value, x: value._replace(**{name: x}))
+    share = unit == "%"
+    most = _MOST[unit]
+    return Channel(
+        sensor, unit, lambda value: getattr(value, name), lambda value, x: value._replace(**{name: x}), most, share
+    )
 
 
 def _number(sensor: str, unit: str) -> Channel:
-    return Channel(sensor, unit, lambda value: value, lambda _, x: x)
+    return Channel(sensor, unit, lambda value: value, lambda _, x: x, _MOST[unit], unit == "%")
 
 
 CHANNELS: Mapping[str, Channel] = {
     "ahrs.roll": _field("ahrs", "phi", "deg"),
     "ahrs.pitch": _field("ahrs", "theta", "deg"),
-    "ahrs.yaw": Channel("ahrs", "deg", lambda a: a.psi, lambda a, x: a._replace(psi=wrap(x) if x == x else x)),
+    "ahrs.yaw": Channel(
+        "ahrs", "deg", lambda a: a.psi, lambda a, x: a._replace(psi=wrap(x) if x == x else x), _MOST["deg"]
+    ),
     "ahrs.p": _field("ahrs", "p", "deg/s"),
     "ahrs.q": _field("ahrs", "q", "deg/s"),
     "ahrs.r": _field("ahrs", "r", "deg/s"),
@@ -73,6 +87,7 @@ CHANNELS: Mapping[str, Channel] = {
         "m",
         lambda pressure: depth_of_pressure(pressure, _AIR, _DENSITY),
         lambda _, depth: _AIR + depth * _DENSITY * GRAVITY,
+        _MOST["m"],
     ),
     "altimeter": _number("altimeter", "m"),
     "fix.north": Channel(
@@ -80,12 +95,14 @@ CHANNELS: Mapping[str, Channel] = {
         "m",
         lambda fix: fix.latitude * _EARTH_RADIUS,
         lambda fix, x: fix._replace(latitude=x / _EARTH_RADIUS),
+        _FAR,
     ),
     "fix.east": Channel(
         "fix",
         "m",
         lambda fix: fix.longitude * _EARTH_RADIUS * math.cos(fix.latitude),
         lambda fix, x: fix._replace(longitude=x / (_EARTH_RADIUS * math.cos(fix.latitude))),
+        _FAR,
     ),
     "battery": _field("battery", "remaining", "%"),
     "leak": _number("leak", "%"),

@@ -98,7 +98,9 @@ def _value(text: str, kind: Kind, target: str, written: str | None) -> float:
     value = float(written)
     if math.isinf(value):
         raise ParamError(f"fault {quoted(text)}: VALUE is {written}; write a number that a double can hold")
-    if not kind.low <= value <= kind.high:
-        raise ParamError(f"fault {quoted(text)}: {value:g} {unit} is not within {kind.low:g} ... {kind.high:g}")
+    low, high = kind.bounds_of(target)
+    if not low <= value <= high:
+        told = kind.unit_text(target)
+        raise ParamError(f"fault {quoted(text)}: {value:g} {told} is not within {low:g} ... {high:g}")
     si: float = to_si(value, UNITS[unit][1]) if unit in UNITS else value
     return si

@@ -20,11 +20,11 @@ def changed(channel: str, change: Callable[[float, float], float]) -> Corruption
 
     What could not be measured, such as a velocity without bottom lock, stays so.
     """
-    _, _, get, put = channel_of(channel)
+    known = channel_of(channel)
 
     def corrupt(reading: Reading[Any]) -> Reading[Any]:
         value, t = reading
-        return reading if value is None else Reading(put(value, change(get(value), t)), t)
+        return reading if value is None else Reading(known.put(value, change(known.get(value), t)), t)
 
     return corrupt
 
