@@ -224,6 +224,10 @@ def help_text(aboard: bool = True) -> str:
         "  babble:bus: a virtual bus has no bit rate, so these frames delay and displace no others: the vehicle only\n"
         "  has to read them; a bus of 1 Mbit/s carries some 7,000 frames of 8 bytes a second in all"
     )
+    lines.append(
+        "  jam without a value: a fin that stays where it rests is found only when it should move; the time from T to\n"
+        "  then is none of detection"
+    )
     lines.append("  water in the hull is set:leak=100 (humidity), a battery that is nearly empty set:battery=5")
     if aboard:
         lines.append(
