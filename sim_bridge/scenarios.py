@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Any
 
 from firmware_py.adapters.storage.toml_files import read_toml
-from firmware_py.error_text import quoted, shortened
+from firmware_py.error_text import did_you_mean, quoted, shortened
 from firmware_py.marine import Eta, Nu
 from firmware_py.params import ParamError, load, param
 from firmware_py.records.mission import Mission
@@ -171,7 +171,9 @@ def scenario_path(name: str, folder: Path) -> Path:
     """
     is_file = name.endswith(".toml")
     if not is_file and name not in known(folder):
-        raise ParamError(f"unknown scenario {quoted(name)}; known: {', '.join(known(folder)) or 'none'}")
+        meant = did_you_mean(name, known(folder))
+        also = f"; {meant}" if meant else ""
+        raise ParamError(f"unknown scenario {quoted(name)}; known: {', '.join(known(folder)) or 'none'}{also}")
     path = Path(name) if is_file else folder / f"{name}.toml"
     of_folder = path.parts[:-1] in ((folder.name,), (folder.parent.name, folder.name))
     return folder / path.name if of_folder and not os.path.lexists(path) and path.stem in known(folder) else path

@@ -145,7 +145,8 @@ def test_what_is_wrong_is_named_in_one_line(change, words):
 
 def test_an_unknown_scenario_names_the_known_ones():
     with pytest.raises(
-        ParamError, match=r"unknown scenario 'dmo'; known: demo, learn-doublets, .*, paper-depth, .*zigzag"
+        ParamError,
+        match=r"unknown scenario 'dmo'; known: demo, learn-doublets, .*, paper-depth, .*zigzag; did you mean demo[?]$",
     ):
         load_scenario("dmo", FOLDER)
 
