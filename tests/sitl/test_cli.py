@@ -306,6 +306,14 @@ def test_a_log_that_is_there_is_kept_and_the_next_run_goes_beside_it(tmp_path: P
     assert (folder / "summary.json").exists()
 
 
+def test_a_run_that_is_refused_tells_of_no_folder_of_its_own(tmp_path: Path) -> None:
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "log.mcap").touch()
+    result = called("sitl", "--out", "run", "--state", "/proc/here", cwd=tmp_path)
+    assert_one_line(result, "/proc/here: cannot be made")
+    assert [path.name for path in (tmp_path / "run").iterdir()] == ["log.mcap"]
+
+
 def test_a_vehicle_takes_up_the_state_that_it_kept(tmp_path: Path, brief: Path) -> None:
     for name in ("one", "two"):
         result = called("sitl", "--scenario", brief, "--out", name, "--state", "kept", cwd=tmp_path)

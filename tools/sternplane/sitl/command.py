@@ -79,9 +79,9 @@ def _fly(
         there = options.out is not None and options.out.exists()
         folder = flight_folder(options.out)
         traces.follow(folder, made=not there or folder != options.out)
+        stations.save_changes_in(options.state, folder)
         if options.out is not None and folder != options.out:
             say(f"sternplane: --out {options.out}: holds a log already, which is kept; this run is in {folder}")
-        stations.save_changes_in(options.state, folder)
         log = stack.enter_context(HeldLog(folder / LOG_FILE))
         traces.claimed = True
         for left in (folder / TRUTH_FILE, after_log.place_of(folder / LOG_FILE)):
