@@ -170,8 +170,11 @@ def with_lines(text: str, table: str, lines: str) -> str:
         ('names = ["Y_dot", "M_q"]\nconsidered = ["Y_vdot"]', "'Y_dot' and 'Y_vdot' both hold Y_vdot"),
         ('names = ["M_q", "Y_dot", "Y_dot"]', "'Y_dot' twice"),
         ('names = ["rest"]', "no coefficient is called 'rest'"),
-        ('names = ["M_q", "K_prop"]', "K_prop is believed to be 0 and gives no scale to be uncertain by; leave it out"),
-        ('considered = ["N_prop"]', "N_prop is believed to be 0"),
+        (
+            'names = ["M_q", "K_prop"]',
+            "by; write its size there, or leave K_prop out of names here",
+        ),
+        ('considered = ["N_prop"]', "N_prop is 0 in the vehicle file, which gives no scale"),
         ("names = []", "names is empty; name the coefficients to learn"),
         ("current = false", "turbulence needs current = true"),
     ],

@@ -103,7 +103,9 @@ class BankArrays:
         shares = np.array([relative_std(name, params) for name in model.names])
         for name, size in zip(model.names, scale, strict=True):
             if size == 0.0:
-                raise ParamError(f"{name} is believed to be 0 and gives no scale to be uncertain by; leave it out")
+                key = "names" if name in params.names else "nuisances" if name in nuisances else "considered"
+                why = f"{name} is 0 in the vehicle file, which gives no scale to be uncertain by"
+                raise ParamError(f"{why}; write its size there, or leave {name} out of {key} here")
 
         self.prior = np.zeros(n)
         self.prior[MOVING : MOVING + water] = params.current_std
