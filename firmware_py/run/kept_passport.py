@@ -11,6 +11,7 @@ import json
 import math
 from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
+from json import JSONDecodeError
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,7 +20,7 @@ from firmware_py.adapters.io_params import StateParams
 from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.adapters.storage.regular_file import read_regular
 from firmware_py.control.adoption import Adoption
-from firmware_py.error_text import one_line, printable, quoted
+from firmware_py.error_text import printable, quoted
 from firmware_py.estimation.filter.bank_arrays import BankArrays
 from firmware_py.estimation.inherited import prior
 from firmware_py.estimation.model.observer_model import GROUPS
@@ -69,7 +70,8 @@ def load_passport(path: Path) -> dict[str, Any]:
         try:
             found = json.loads(read_regular(path).decode(), parse_int=float)
         except (ValueError, RecursionError) as error:
-            raise ParamError(f"cannot be read ({one_line(error)[:100]})") from None
+            where = f" from line {error.lineno}, column {error.colno} on" if isinstance(error, JSONDecodeError) else ""
+            raise ParamError(f"is no JSON{where}; it was cut off, or changed by hand") from None
         passport.model_of(found)
         for key, (low, high) in TIMES.items():
             if not (isinstance(found[key], float) and low <= found[key] <= high):

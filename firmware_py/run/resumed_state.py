@@ -15,6 +15,7 @@ from firmware_py.estimation.navigation.depth import DepthParams
 from firmware_py.marine import depth_of_pressure
 from firmware_py.mavlink.parameters import store
 from firmware_py.mavlink.plans import plan_builder
+from firmware_py.params import ParamError
 from firmware_py.run import kept_navigation, kept_node_ids, kept_passport, kept_plans
 from firmware_py.run.kept_passport import FROM_STATE, PassportChoice
 from firmware_py.run.moment import moment
@@ -76,6 +77,8 @@ def resume_state(
         begins, said = kept_passport.resume_passport(path, configuration, params, moment())
     except OSError as error:
         raise UsageError(f"--passport {path}: cannot be read ({error.strerror})") from None
+    except ParamError as error:
+        raise ParamError(f"{error}; give another one, or --no-passport") from None
     return {**kept, **({"passport": begins} if begins else {})}, [*notes, said]
 
 

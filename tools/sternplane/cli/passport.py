@@ -48,6 +48,9 @@ def command(options: argparse.Namespace) -> int:
         raise UsageError(why_none(options.file)) from None
     except OSError as error:
         raise UsageError(f"{path}: cannot be read ({error.strerror})") from None
+    except ParamError as error:
+        aside = "; the next flight with this folder sets it aside, and learns anew" if options.file.is_dir() else ""
+        raise ParamError(f"{error}{aside}") from None
     today, status, said = (None, 0, []) if options.config is None else _begun_with(path, found, options.config)
     for line in (*lines(found, today), *said):  # a pipe whose reader has left is no fault of the file
         print(line)

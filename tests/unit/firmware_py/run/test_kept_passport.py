@@ -389,3 +389,24 @@ def test_writers_that_are_killed_and_others_that_write_at_once_leave_a_whole_one
     flown(PassportKeeper({}.__setitem__, lambda: model(0.9), CONFIGURATION, 30.0), 10.0).leave(folder)
     assert {path.name for path in folder.iterdir()} == {FILE}
     assert load_passport(folder / FILE)["coefficients"]["N_dr"]["value"] == pytest.approx(0.9 * -1.3e-2)
+
+
+@pytest.mark.parametrize(
+    ("content", "why"),
+    [
+        (
+            b'{"format": 1,\n"coefficients": ',
+            "is no JSON from line 2, column 17 on; it was cut off, or changed by hand",
+        ),
+        (b"\xff\xfe", "is no JSON; it was cut off, or changed by hand"),
+        (b"[" * 100_000, "is no JSON; it was cut off, or changed by hand"),
+    ],
+)
+def test_a_passport_that_is_no_json_is_told_in_our_own_words(tmp_path: Path, content: bytes, why: str) -> None:
+    path = tmp_path / FILE
+    path.write_bytes(content)
+    with pytest.raises(ParamError) as refused:
+        load_passport(path)
+    assert str(refused.value) == f"{path}: {why}"
+    with pytest.raises(ParamError, match=r"; give another one, or --no-passport$"):
+        resume_state(CONFIG, None, None, StateParams(), PassportChoice(path))
