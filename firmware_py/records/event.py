@@ -43,7 +43,7 @@ class EventKind(enum.IntEnum):
     MANOEUVRE_DONE = 14  # numbers: duration, s; waited, s
     MANOEUVRE_GIVEN_UP = 15  # numbers: flown, s; then the cause's
     LEARNING_REPORT = 16  # what was learned in a manoeuvre; one event for each cause; numbers and names: the cause's
-    SENSOR_GOOD = 17  # believed again; numbers: NONE of `SourceFault`, SILENT: need not be heard; names: the sensor
+    SENSOR_GOOD = 17  # names: the sensor; numbers: `SourceFault`: NONE, SILENT: need not be heard; SILENT if it was
     SENSOR_SUSPECT = 18  # it is not used; numbers: its `SourceFault`; names: the sensor
     SENSOR_LOST = 19  # numbers: its `SourceFault`; names: the sensor
     ACTUATOR_GOOD = 20  # numbers: NONE of `ActuatorFault`; names: the actuator

@@ -204,8 +204,10 @@ def _mode_chosen(event: Event, name: ModeName) -> str:
 
 
 def _back(event: Event) -> str:
-    unheard = event.numbers and SourceFault(int(event.numbers[0])) is SourceFault.SILENT
-    return "not heard, and not expected: it is under water" if unheard else "agrees again"
+    now, was = [*event.numbers, SourceFault.NONE, SourceFault.NONE][:2]
+    if now == SourceFault.SILENT:
+        return "not heard, and not expected: it is under water"
+    return "is heard again, and believed" if was == SourceFault.SILENT else "agrees again"
 
 
 def _given_up(event: Event, _: ModeName) -> str:

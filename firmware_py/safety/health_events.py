@@ -12,6 +12,7 @@ from firmware_py.records.health import (
     Candidate,
     SensorHealth,
     SourceFault,
+    SourceHealth,
     SourceState,
     WeightState,
 )
@@ -44,8 +45,14 @@ def sensor_events(before: SensorHealth, now: SensorHealth, fix_heard: bool = Tru
         if new != old:
             unheard = name == "fix" and new == GOOD and not fix_heard
             fault = old.fault if unheard and old.fault is SourceFault.SILENT else new.fault
-            told.append(event(_SOURCE_KINDS[new.state], numbers=(float(fault),), names=(name,)))
+            numbers = (float(fault), *(() if unheard else _was_silent(old, new)))
+            told.append(event(_SOURCE_KINDS[new.state], numbers=numbers, names=(name,)))
     return tuple(told)
+
+
+def _was_silent(old: SourceHealth, new: SourceHealth) -> tuple[float, ...]:
+    """Return that a sensor that is good now was only silent: there was nothing that it could contradict."""
+    return (float(SourceFault.SILENT),) if new == GOOD and old.fault is SourceFault.SILENT else ()
 
 
 def candidate_events(before: Sequence[Candidate], now: Sequence[Candidate]) -> tuple[Event, ...]:
@@ -60,9 +67,11 @@ def candidate_events(before: Sequence[Candidate], now: Sequence[Candidate]) -> t
     believed = {one.role: one for one in before if one.believed}
     for one in now:
         role, was = ROLES[one.role], were.get((one.role, one.number))
-        if one.health != (was.health if was is not None else GOOD):
+        before_it = was.health if was is not None else GOOD
+        if one.health != before_it:
             number, kind = float(one.health.fault), _SOURCE_KINDS[one.health.state]
-            told.append(event(kind, numbers=(number,), names=(f"{role}.{one.number + 1}",)))
+            numbers = number, *_was_silent(before_it, one.health)
+            told.append(event(kind, numbers=numbers, names=(f"{role}.{one.number + 1}",)))
         old = believed.get(one.role)
         if one.believed and (old is None or old.number != one.number) and (one.number or old is not None):
             left = 0 if old is None else old.number

@@ -542,7 +542,19 @@ def test_arming_names_what_would_bring_it_up_and_is_set_otherwise() -> None:
 
 
 @pytest.mark.parametrize(
-    ("heard", "said"), [(True, "fix agrees again"), (False, "fix not heard, and not expected: it is under water")]
+    ("was", "said"),
+    [(SourceFault.SILENT, "dvl is heard again, and believed"), (SourceFault.CONTRADICTED, "dvl agrees again")],
+)
+def test_a_sensor_that_was_only_silent_is_not_said_to_agree_again(was: SourceFault, said: str) -> None:
+    vehicle = sailing(Mode.HOLD)
+    vehicle.tick(z=3.0, sensors=ALL_GOOD._replace(dvl=SourceHealth(SourceState.LOST, was)))
+    vehicle.tick(z=3.0, sensors=ALL_GOOD)
+    assert vehicle.events == (said,)
+
+
+@pytest.mark.parametrize(
+    ("heard", "said"),
+    [(True, "fix is heard again, and believed"), (False, "fix not heard, and not expected: it is under water")],
 )
 def test_a_receiver_that_is_not_heard_under_water_is_not_said_to_agree_again(heard: bool, said: str) -> None:
     vehicle = sailing(Mode.HOLD)

@@ -187,8 +187,8 @@ def test_the_velocity_is_lost_and_known_again(unplugging: Unplugging, fleet: tup
     _, log = unplugging(fleet)
     told = {text: t for t, text in log.sentences}
     warned = told["DVL not to be relied on: silent (a rule warns)"]
-    assert FIRST_S < told["dvl lost: silent"] < warned < told["dvl agrees again"]
-    assert told["dvl agrees again"] < FIRST_S + GONE_S + RETRY_S + STEADY_S
+    assert FIRST_S < told["dvl lost: silent"] < warned < told["dvl is heard again, and believed"]
+    assert told["dvl is heard again, and believed"] < FIRST_S + GONE_S + RETRY_S + STEADY_S
     assert log.columns["state.velocity_ok"][-100:].all()
 
 

@@ -10,6 +10,8 @@ from sternplane.logs import losses
     ("counts", "source", "text"),
     [
         ({"bus_babbled": 15000}, "CAN bus", "15000 frames of no use, from a babbling node"),
+        ({"ahrs_restarts": 1}, "AHRS, restarts", "1 time"),
+        ({"ahrs_restarts": 2}, "AHRS, restarts", "2 times"),
         ({"ahrs_missed": 500}, "AHRS", "500 of 2000 messages lost (25 %)"),
     ],
 )

@@ -77,7 +77,7 @@ class Loss(NamedTuple):
         """Return it as a phrase."""
         why = f": {self.why}" if self.why else ""
         if self.of is None:
-            return f"{self.lost} {self.what}{why}"
+            return f"{self.lost} {'time' if self.what == 'times' and self.lost == 1 else self.what}{why}"
         return f"{self.lost} of {self.of} {self.what} ({100.0 * self.share:.3g} %){why}"
 
 
