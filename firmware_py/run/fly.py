@@ -31,6 +31,7 @@ from firmware_py.run.interrupt import interruptible
 from firmware_py.run.kept_passport import PassportChoice, PassportKeeper
 from firmware_py.run.kept_plans import with_kept_plans
 from firmware_py.run.options import io_file
+from firmware_py.run.passport_note import PassportNote
 from firmware_py.run.resumed_state import resume_state
 from firmware_py.run.run_folders import flight_folder, numbered_folder, point_latest
 from firmware_py.run.service_manager import ServiceManager
@@ -139,6 +140,7 @@ def _fly_alone(
             configuration,
             io.state.passport_interval,
         )
+        passport_note = PassportNote(options.state or folder / "state", passports)
 
         devices = DeviceWatch(tell, manager.status)
         for link in ground.awaited:
@@ -147,6 +149,7 @@ def _fly_alone(
         def after(cycle: Cycle) -> None:
             keeper.update(cycle)
             passports.update(cycle)
+            passport_note.update(cycle)
             devices.update(cycle)
             manager.cycled(cycle)
             for sentence in log_keeper.said() if cycle.tick.every(Rate.HZ_1) else ():
@@ -187,6 +190,9 @@ def _fly_alone(
             end = {"completed": None, "reason": reason, "wall_s": time.monotonic() - began, "losses": losses.totals()}
             closed = recorder.close(end)
     kept = _leave(log.path, options.state, autopilot.parts.estimator.keep(), keeper, passports)
+    learns = config_files.autopilot_params(configuration).estimation.learning.enabled
+    if learns and passport_note.text:
+        say(f"  {passport_note.text}")
     point_latest(folder)
     if interrupted and recorder.last is not None and recorder.last.applied.armed:
         say("sternplane: it was armed: fins are centred, the propeller stops; a next start under water brings it up")

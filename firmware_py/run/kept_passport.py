@@ -162,6 +162,14 @@ def against_file(model: LearnedModel) -> str:
     return "; ".join([*moved, *passport.trimmed(model)])
 
 
+class _Known(NamedTuple):
+    """What was known at a moment; `t` is that of the vehicle, s."""
+
+    model: LearnedModel
+    moment: Moment
+    t: float
+
+
 class PassportKeeper:
     """Saves the passport at intervals and when the vehicle is disarmed.
 
@@ -186,13 +194,16 @@ class PassportKeeper:
         self._hash = passport.configuration_hash(configuration)
         self._interval_ns = round(interval * NS_PER_S)
         self._next_ns, self._good_ns = self._interval_ns, 0
-        self._earlier: tuple[LearnedModel, Moment] | None = None
+        self._earlier: _Known | None = None
+        self._t = 0.0
+        self.t_kept = math.nan
+        """The vehicle's time at which was known what was saved last, s; NaN: nothing was."""
         self._sound, self._armed, self._damaged = False, False, False
 
     def update(self, cycle: Cycle) -> None:
         """Save if the interval is over, or the vehicle was disarmed."""
         actuators, laws = cycle.actuators, (cycle.adopted.depth, cycle.adopted.heading)
-        t_ns = cycle.tick.t_ns
+        t_ns, self._t = cycle.tick.t_ns, cycle.tick.t
         if any(fault not in _NO_DAMAGE for fault in (*actuators.fins, actuators.propeller)):
             self._earlier = None  # it may have been learned already; what is saved is older
             self._good_ns = t_ns + self._interval_ns
@@ -223,13 +234,17 @@ class PassportKeeper:
         except OSError as error:
             raise UsageError(f"--state {folder}: cannot be written ({error.strerror}); choose another folder") from None
 
-    def _fresh(self) -> tuple[LearnedModel, Moment] | None:
+    def _fresh(self) -> _Known | None:
         """Return what is known now, if it may be relied on."""
         model = self._keep() if self._sound and not self._damaged else None
-        return (model, moment()) if model is not None else None
+        return _Known(model, moment(), self._t) if model is not None else None
 
-    def _content(self, known: tuple[LearnedModel, Moment] | None) -> bytes:
-        return encode(known[0], self._identity, self._hash, known[1]) if known is not None else b""
+    def _content(self, known: _Known | None) -> bytes:
+        """Return the content of the file, which the caller saves; nothing if nothing is known."""
+        content = encode(known.model, self._identity, self._hash, known.moment) if known is not None else b""
+        if content and known is not None:
+            self.t_kept = known.t
+        return content
 
 
 def encode(model: LearnedModel, vehicle: Mapping[str, Any], configuration: str, now: Moment) -> bytes:

@@ -16,6 +16,7 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.run import kept_navigation
 from firmware_py.run.ground_links import open_ground
 from firmware_py.run.kept_passport import PassportKeeper
+from firmware_py.run.passport_note import PassportNote
 from firmware_py.run.run_folders import LOG_FILE, flight_folder, point_latest
 from firmware_py.run.terminal import say, to_all
 from firmware_py.run.usage_error import UsageError
@@ -29,7 +30,6 @@ from sternplane.logs.truth_beside import TRUTH_FILE
 from sternplane.plain_console import PlainConsole
 from sternplane.sitl.flight import Flight, Outcome, fly
 from sternplane.sitl.held_log import HeldLog
-from sternplane.sitl.passport_note import PassportNote
 from sternplane.sitl.request import parse_settings, requested
 from sternplane.sitl.resumed_flight import prepare_to_resume
 from sternplane.sitl.run_traces import RunTraces
@@ -69,7 +69,7 @@ def _fly(
     """Fly, and leave log and state in the folder of the run.
 
     Returns:
-        The folder; its log, held by a stack; the outcome; why no passport was kept, "" if one was.
+        The folder; its log, held by a stack; the outcome; where a passport was kept, or why none.
     """
     virtual = options.bus.startswith("virtual") and not parse_hil_link(options.link)
     with (
@@ -95,13 +95,13 @@ def _fly(
             flight.io.state.interval,
             lambda t: flight.autopilot.parts.supervisor.keep(t),
         )
-        note_of_passport = PassportNote(options.state or folder / "state")
         passports = PassportKeeper(
             stations.ground.save,
             lambda: flight.autopilot.parts.estimator.learned_model(),
             flight.configuration,
             flight.io.state.passport_interval,
         )
+        note_of_passport = PassportNote(options.state or folder / "state", passports)
         with Progress(scenario.duration, len(scenario.mission.waypoints), PlainConsole(stderr=True)) as progress:
 
             def watch(cycle: Cycle) -> None:

@@ -1,4 +1,4 @@
-"""Whether a simulated flight kept a passport; if it kept none, why, as far as its last cycle tells."""
+"""Where a flight kept its passport; if it kept none, or not to its end, why, as far as its last cycle tells."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from pathlib import Path
 from firmware_py.records.adoption import Refusal
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.health import ActuatorFault
-from firmware_py.run.kept_passport import FILE
+from firmware_py.run.kept_passport import FILE, PassportKeeper
 
+_SOON = 1.0
+"""What was known no longer than this before the end, s, was kept to the end."""
 _NO_DAMAGE = (ActuatorFault.NONE, ActuatorFault.SILENT)
 
 
@@ -17,10 +19,12 @@ class PassportNote:
 
     Args:
         state: the flight's state folder, as it is before the flight.
+        keeper: what saves the passport there.
     """
 
-    def __init__(self, state: Path) -> None:
+    def __init__(self, state: Path, keeper: PassportKeeper) -> None:
         self._file = state / FILE
+        self._keeper = keeper
         self._before = _version(self._file)
         self._last: Cycle | None = None
 
@@ -30,15 +34,20 @@ class PassportNote:
 
     @property
     def text(self) -> str:
-        """Return why none was kept, in a line; "" if one was, or there was no flight."""
-        if self._last is None or _version(self._file) != self._before:
+        """Return where it was kept, or why it was not, or not to the end, in a line; "" if there was no flight."""
+        if self._last is None:
             return ""
+        if _version(self._file) != self._before:
+            kept = f"passport kept in {self._file}"
+            if not self._last.tick.t - self._keeper.t_kept > _SOON:
+                return kept
+            return f"{kept}, as it was known at {self._keeper.t_kept:.1f} s, not at the end: {why(self._last)}"
         earlier = "; that of an earlier flight stays" if self._before is not None else ""
         return f"no passport kept: {why(self._last)}{earlier}"
 
 
 def why(last: Cycle) -> str:
-    """Return why a flight that ended with this cycle kept none."""
+    """Return why a flight that ended with this cycle kept none, or none of its end."""
     actuators, laws = last.actuators, (last.adopted.depth, last.adopted.heading)
     if any(fault not in _NO_DAMAGE for fault in (*actuators.fins, actuators.propeller)):
         return "damage of a fin or of the propeller is named, and may have been learned"
