@@ -44,6 +44,7 @@ from sternplane.plain_console import PlainConsole
 from sternplane.sitl.flight import Flight, prepare
 from sternplane.sitl.i2c_server import i2c_server
 from sternplane.sitl.request import parse_settings, requested
+from sternplane.sitl.told_faults import telling_faults
 from sternplane.sitl.truth_log import VehicleClock, kept
 
 WAIT_S = 60.0
@@ -144,6 +145,7 @@ def run(flight: Flight, places: Sequence[str], out: Path | None, wait: float, co
         if wait and not accept_vehicle(lockstep, dt_ns, wait, lambda: bool(interrupted)):
             return "interrupted before a vehicle came"
         step = kept(bridge, _truth_log(stack, flight, out, lockstep=not free), dt_ns, clock)
+        step = telling_faults(step, flight.scenario.injected, dt_ns, console.print)
         ticks = round(flight.scenario.duration * flight.rate)
         stack.enter_context(apply_while(RealtimeParams(freeze_garbage=True)))
         server = LockstepServer(step, lockstep, dt_ns)
@@ -195,6 +197,7 @@ def run_hil(flight: Flight, address: Address, out: Path | None, wait: float, con
         )
         stack.enter_context(apply_while(RealtimeParams(freeze_garbage=True)))
         step = kept(bridge, _truth_log(stack, flight, out, lockstep=True), dt_ns)
+        step = telling_faults(step, flight.scenario.injected, dt_ns, console.print)
         server = hil_server.HilServer(step, devices, link, dt_ns)
         ticks, played = round(flight.scenario.duration * flight.rate), 0
 
