@@ -196,8 +196,9 @@ class PassportKeeper:
         self._next_ns, self._good_ns = self._interval_ns, 0
         self._earlier: _Known | None = None
         self._t = 0.0
-        self.t_kept = math.nan
-        """The vehicle's time at which was known what was saved last, s; NaN: nothing was."""
+        self.t_kept, self.off = math.nan, ""
+        """The vehicle's time at which was known what was saved last, s, NaN: nothing was; and where that differs from
+        vehicle.toml, in clauses."""
         self._sound, self._armed, self._damaged = False, False, False
 
     def update(self, cycle: Cycle) -> None:
@@ -243,7 +244,7 @@ class PassportKeeper:
         """Return the content of the file, which the caller saves; nothing if nothing is known."""
         content = encode(known.model, self._identity, self._hash, known.moment) if known is not None else b""
         if content and known is not None:
-            self.t_kept = known.t
+            self.t_kept, self.off = known.t, against_file(known.model)
         return content
 
 

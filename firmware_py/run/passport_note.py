@@ -38,10 +38,10 @@ class PassportNote:
         if self._last is None:
             return ""
         if _version(self._file) != self._before:
-            kept = f"passport kept in {self._file}"
-            if not self._last.tick.t - self._keeper.t_kept > _SOON:
-                return kept
-            return f"{kept}, as it was known at {self._keeper.t_kept:.1f} s, not at the end: {why(self._last)}"
+            kept, keeper = f"passport kept in {self._file}", self._keeper
+            if self._last.tick.t - keeper.t_kept > _SOON:
+                kept += f", as it was known at {keeper.t_kept:.1f} s, not at the end: {why(self._last)}"
+            return f"{kept}; against the vehicle file: {keeper.off}" if keeper.off else kept
         earlier = "; that of an earlier flight stays" if self._before is not None else ""
         return f"no passport kept: {why(self._last)}{earlier}"
 

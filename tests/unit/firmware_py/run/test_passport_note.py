@@ -24,8 +24,8 @@ def cycle(
     )
 
 
-def keeper(t_kept: float = 199.9) -> Any:
-    return SimpleNamespace(t_kept=t_kept)
+def keeper(t_kept: float = 199.9, off: str = "") -> Any:
+    return SimpleNamespace(t_kept=t_kept, off=off)
 
 
 @pytest.mark.parametrize(
@@ -69,3 +69,12 @@ def test_one_that_was_not_kept_to_the_end_says_as_of_when_and_why(tmp_path: Path
         f"passport kept in {file}, as it was known at 90.0 s, not at the end: "
         "damage of a fin or of the propeller is named, and may have been learned"
     )
+
+
+def test_where_the_vehicle_is_not_as_its_file_says_that_is_told_in_the_same_flight(tmp_path: Path) -> None:
+    """A hull that is 3 % heavier was known to 78 sigma, and told before the next dive alone."""
+    file = tmp_path / "passport.json"
+    note = PassportNote(tmp_path, keeper(off="buoyancy -2.9 %, 78 sigma"))
+    note.update(cycle())
+    file.touch()
+    assert note.text == f"passport kept in {file}; against the vehicle file: buoyancy -2.9 %, 78 sigma"
