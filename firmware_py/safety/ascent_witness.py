@@ -61,7 +61,7 @@ class SurfaceWitness:
         """Return whether it should have been told to be at the surface, and two other witnesses do not put it there."""
         late = v.t - m.begun > self._params.up_time + self.climb_time(m)
         late = late or v.t - m.t_near > _WAITS * self._params.wait_time
-        return late and not (v.depth_ok and v.t - m.t_up <= _DIPS and self._made(m, v.altitude))
+        return late and not self._floats(m, v)
 
     def is_below(self, m: AscentMemory, v: AscentView) -> bool:
         """Return whether, without a good pressure, both altitude and the depth by dead reckoning tell of the deep."""
@@ -75,11 +75,15 @@ class SurfaceWitness:
     def sinks_unseen(self, m: AscentMemory, v: AscentView) -> bool:
         """Return whether the bottom comes nearer to one with little way, whatever depth says: no slope does so."""
         slow = v.speed_ok and v.through <= SLOW and not v.fix
-        return slow and m.most - v.altitude > self._params.deeper
+        return slow and m.most - v.altitude > self._params.deeper and not self._floats(m, v)
 
     def climb_time(self, m: AscentMemory) -> float:
         """Return what a climb takes at most, s; a depth beyond the limit is one that ran away."""
         return _MARGIN * clip(m.z_begun, 0.0, self._deepest) / self._climb_rate
+
+    def _floats(self, m: AscentMemory, v: AscentView) -> bool:
+        """Return whether a good pressure says surface, now and then at least, and the height made says so too."""
+        return v.depth_ok and v.t - m.t_up <= _DIPS and self._made(m, v.altitude)
 
     def _risen(self, m: AscentMemory, altitude: float) -> bool:
         """Return whether the altitude tells that the vehicle came up, or it was there from the start."""

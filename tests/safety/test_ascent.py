@@ -469,6 +469,53 @@ def test_a_bottom_that_rises_below_a_vehicle_that_climbs_is_no_sinking() -> None
     assert vehicle.causes == []
 
 
+@pytest.mark.parametrize(
+    ("view", "drops"),
+    [
+        ({"u": 0.4}, True),
+        ({"u": 1.5}, False),  # over a slope
+        ({"u": 0.4, "fix": True}, False),
+        ({"u": 0.4, "speed_ok": False}, False),
+    ],
+    ids=["without way", "under way", "at the surface", "of no known speed"],
+)
+def test_a_bottom_that_comes_nearer_to_who_has_no_way_releases_the_weight_whatever_the_depth_says(
+    view: dict[str, Any], drops: bool
+) -> None:
+    """The pressure rises as if it climbed by 0.2 m/s."""
+    vehicle = Rising(altitude=12.0, **view)
+    for _ in range(150):
+        vehicle.view["altitude"] -= 0.2 * DT
+        vehicle.go(DT, -0.2)
+    assert vehicle.memory.drop is drops
+    assert (Cause.DEEPER in vehicle.causes) is drops
+
+
+def test_who_floats_by_pressure_and_by_the_height_made_may_drift_over_a_bottom_that_rises() -> None:
+    vehicle = Rising(altitude=20.0)
+    vehicle.go(33.0, -0.3, altitude=29.8)
+    vehicle.go(5.0, 0.0, u=0.3, theta=0.05, z=0.1)
+    for altitude in (28.0, 26.0, 24.0):
+        vehicle.go(2.0, 0.0, altitude=altitude)
+    assert not vehicle.memory.drop
+
+
+def test_astern_and_too_near_to_the_bottom_the_weight_goes() -> None:
+    vehicle = Rising(altitude=3.0, too_low=True, rise_slope=0.25, z_dot=0.0)
+    assert vehicle.go(1.0) is REVERSE
+    assert not vehicle.memory.drop
+    vehicle.go(1.0, altitude=1.9)
+    assert vehicle.memory.drop
+    assert vehicle.memory.stage is REVERSE
+
+
+def test_who_sinks_without_way_near_the_bottom_is_lifted_at_twice_the_height() -> None:
+    for u, drops in ((1.5, False), (0.3, True)):
+        vehicle = Rising(altitude=1.8, u=u)
+        vehicle.go(4.0, 0.1)
+        assert vehicle.memory.drop is drops
+
+
 def test_who_sinks_with_its_bow_up_is_heavy_and_climbs_under_full_power_to_the_surface() -> None:
     """Propeller astern took the way off, and it sank to the ground with a healthy propeller."""
     vehicle = Rising(theta=0.2)
