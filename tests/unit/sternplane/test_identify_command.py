@@ -200,7 +200,7 @@ def test_a_list_of_what_was_locked_learns_nothing(tmp_path: Path, rudder_only: P
         (["--coefficients", "Y_dot,Y_vdot"], "both hold Y_vdot"),
         (["--coefficients", ""], "--coefficients '': names none; write such as M_q,Y_v, or leave it away for the ten"),
         (["--coefficients", " , "], "--coefficients ' , ': names none"),
-        (["--coefficients", "K_prop"], "K_prop is believed to be 0"),
+        (["--coefficients", "K_prop"], "K_prop is 0 in the vehicle file, which gives no scale"),
         (
             ["--coefficients", "M_q,buoyancy,x_G"],
             "--coefficients buoyancy, x_G: the vehicle file's body stays as it is",
