@@ -167,7 +167,7 @@ class AltitudeCheck:
             echo.outlier = bottom
             return False
         if echo.bottom != echo.bottom or gap > _UNHEARD:
-            alike = t - echo.t_outlier <= _RECENT and abs(bottom - echo.outlier) <= params.altitude_step
+            alike = t - echo.t_outlier <= _UNHEARD and abs(bottom - echo.outlier) <= params.altitude_step
             if not (alike or abs(bottom - echo.bottom) <= params.altitude_step or echo.t == -math.inf):
                 echo.outlier, echo.t_outlier = bottom, t  # after a silence one reading alone may be false
                 watch.hold()
