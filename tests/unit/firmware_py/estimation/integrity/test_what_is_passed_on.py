@@ -11,9 +11,9 @@ import pytest
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.marine import wrap
 from firmware_py.records.health import ALL_GOOD, SensorHealth, SourceState
-from firmware_py.records.sensing import Fix, SensorFrame
+from firmware_py.records.sensing import Fix, SensorFrame, never
 
-from .voyage import DEG, ORIGIN, RESTS, Fault, after, named, new, once, pitch_at, voyage
+from .voyage import BOTTOM, DEG, ORIGIN, RESTS, Fault, after, named, new, once, pitch_at, voyage
 
 G = 9806.65
 
@@ -212,3 +212,25 @@ def test_memory_taken_over_goes_on_as_if_nothing_had_happened() -> None:
     again = new()
     again.thaw(halves.freeze())
     assert again.freeze() == whole.freeze()
+
+
+@pytest.mark.parametrize(("interval", "false"), [(150, math.nan), (10, math.nan), (10, 2.0)])
+def test_an_altitude_that_is_another_after_a_silence_waits_for_a_second_however_slow_its_sensor_is(
+    interval: int, false: float
+) -> None:
+    """Nothing is heard for 7 s, then a reading every so many hundredths of a second, the first one `false`."""
+    heard = [never(math.nan)]
+
+    def spoken(t: float, frame: SensorFrame) -> SensorFrame:
+        k = round(t * 100)
+        if frame.altitude.fresh and (t < 20.0 or (t >= 27.0 and k % interval == 0)):
+            first = k == 2700 and false == false
+            heard[0] = replace(frame.altitude, value=false) if first else frame.altitude
+            return replace(frame, altitude=heard[0])
+        return replace(frame, altitude=replace(heard[0], fresh=False))
+
+    seen = list(voyage(40.0, silent=("dvl",), change=spoken))
+    assert not any(one.believed.altitude.ok and one.believed.altitude.value == false for one in seen)
+    later = [one for one in seen if one.t > 36.0]
+    assert all(one.believed.altitude.ok for one in later)
+    assert max(abs(one.believed.altitude.value - (BOTTOM - one.z)) for one in later) < 1.0
