@@ -123,8 +123,10 @@ class NodeMonitor:
         watch = self._watches.get(key)
         if watch is None:
             watch = self._watches[key] = SenderWatch()
-        silent = self._silences.setdefault(transfer.source, _Silences()).hear(transfer.t)
-        believed, second = watch.accept(transfer.transfer_id, transfer.t, silent)
+        silences = self._silences.get(transfer.source)
+        if silences is None:
+            silences = self._silences[transfer.source] = _Silences()
+        believed, second = watch.accept(transfer.transfer_id, transfer.t, silences.hear(transfer.t))
         if not believed:
             self._node(transfer.source)
             watch.strays += 1
