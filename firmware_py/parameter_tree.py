@@ -115,7 +115,11 @@ def value_text(record: Any, dotted: str) -> str:
     value, declaration = getattr(record, field.name), declaration_of(field)
     if rest:
         return value_text(value, rest)
-    value = to_toml_value(value, UNITS[declaration.unit][1] if declaration else 1.0)
+    return plain_text(to_toml_value(value, UNITS[declaration.unit][1] if declaration else 1.0))
+
+
+def plain_text(value: Any) -> str:
+    """Return a value of a TOML file as it has it, a number to six digits."""
     return str(value).lower() if isinstance(value, bool) else f"{value:g}" if isinstance(value, float) else str(value)
 
 

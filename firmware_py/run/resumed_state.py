@@ -15,6 +15,7 @@ from firmware_py.estimation.navigation.depth import DepthParams
 from firmware_py.marine import depth_of_pressure
 from firmware_py.mavlink.parameters import store
 from firmware_py.mavlink.plans import plan_builder
+from firmware_py.parameter_tree import plain_text
 from firmware_py.params import ParamError
 from firmware_py.run import kept_navigation, kept_node_ids, kept_passport, kept_plans
 from firmware_py.run.kept_passport import FROM_STATE, PassportChoice
@@ -65,10 +66,8 @@ def resume_state(
             changed by a station.
     """
     config_files.refuse_changed(settings, state)
-    kept, notes = _navigation(folder, over, state, params, factors, settings) if state is not None else ({}, [])
+    kept, notes = _from_state(folder, over, state, params, factors, settings) if state is not None else ({}, [])
     chosen = kept_passport.passport_in(choice.file) if choice.file is not None else None
-    changed = config_files.read_configuration(folder, over, state, settings=settings)
-    notes += [said] if state is not None and (said := changed_by_stations(changed, state / store.FILE)) else []
     path = chosen or (state / kept_passport.FILE if state is not None else None)
     if choice.refused or path is None or (choice.file is None and not is_there(path)):
         return kept, notes
@@ -82,7 +81,7 @@ def resume_state(
     return {**kept, **({"passport": begins} if begins else {})}, [*notes, said]
 
 
-def _navigation(
+def _from_state(
     folder: Path,
     over: Mapping[str, Any] | None,
     state: Path,
@@ -93,8 +92,8 @@ def _navigation(
     notes = set_aside_unusable(folder, over, state, factors, settings)
     kept, sentence = kept_navigation.resume(kept_navigation.load_navigation(state), params, moment())
     notes += [sentence] if sentence else []
+    configuration = config_files.read_configuration(folder, over, state, settings=settings)
     if kept:
-        configuration = config_files.read_configuration(folder, over, state, settings=settings)
         params_now = config_files.autopilot_params(configuration)
         air, doubt = usable_air(kept["surface_pressure"], params_now.estimation.depth)
         kept["surface_pressure"] = air
@@ -103,13 +102,14 @@ def _navigation(
     if weight.exists():
         kept["weight_gone"] = 1.0
         notes.append(f"the drop weight was released in an earlier run: fit another one, and remove {weight}")
-    return kept, notes
+    changed = changed_by_stations(configuration, state / store.FILE)
+    return kept, [*notes, changed] if changed else notes
 
 
 def changed_by_stations(configuration: config_files.Configuration, file: Path) -> str:
     """Return which parameters of a configuration stations changed in earlier runs, which `file` keeps; "" if none."""
     told = [
-        f"{key} = {_value(config_files.below(configuration['autopilot'], key))} ({_value(was)} without)"
+        f"{key} = {plain_text(config_files.below(configuration['autopilot'], key))} ({plain_text(was)} without)"
         for key, was in configuration["changed"].items()
     ]
     if not told:
@@ -117,10 +117,6 @@ def changed_by_stations(configuration: config_files.Configuration, file: Path) -
     more = len(told) - _MOST_CHANGES
     rest = f"; and {more} more" if more > 0 else ""
     return f"changed by stations in an earlier run, and kept in {file}: {'; '.join(told[:_MOST_CHANGES])}{rest}"
-
-
-def _value(value: Any) -> str:
-    return str(value).lower() if isinstance(value, bool) else f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def usable_air(kept: float, params: DepthParams) -> tuple[float, str]:
