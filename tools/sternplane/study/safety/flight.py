@@ -17,7 +17,7 @@ from sternplane.sitl.taken_settings import beside
 from sternplane.study.safety.campaign import TRIALS, Job
 from sternplane.study.safety.judge import Ending, Judge
 from sternplane.study.safety.mission import DEPTH_MAX, NPS, patience, quiet_scenario, scenario
-from sternplane.study.safety.verdict import judge
+from sternplane.study.safety.verdict import is_alarmed, judge
 
 
 def run(job: Job, logs: str, revision: str, settings: tuple[str, ...] = ()) -> dict[str, Any]:
@@ -59,7 +59,7 @@ def run(job: Job, logs: str, revision: str, settings: tuple[str, ...] = ()) -> d
         "cpu_s": round(time.process_time() - began, 2),
         "found": found.plain(),
     }
-    wrong = judge(row).wrong if job.trial else bool(found.said)
+    wrong = judge(row).wrong if job.trial else is_alarmed(row)
     return row | {"keep": job.keep or ending.unsafe or wrong or replayed not in ("", "equal")}
 
 

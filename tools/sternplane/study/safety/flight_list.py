@@ -15,7 +15,7 @@ from sternplane.study.safety.judge import Ending
 from sternplane.study.safety.mission import PLACES
 from sternplane.study.safety.store import LOGS
 from sternplane.study.safety.trial import Trial
-from sternplane.study.safety.verdict import Verdict
+from sternplane.study.safety.verdict import Verdict, water_text
 
 _MOST_SAID = 6
 """So many sensors and actuators that were called faulty are listed."""
@@ -97,11 +97,10 @@ def short_revision(revision: str) -> str:
 
 def _entry(v: Verdict, settings: Sequence[str]) -> dict[str, Any]:
     flight = v.flight
-    water = f"eddies of {flight['eddies']:g} m/s" if flight["eddies"] else "still water"
     return {
         "seed": flight["seed"],
         "faults": ", ".join(v.trial.at(flight["onset"])) or "no fault",
-        "how": f"{water}, {'learning' if flight['learning'] else 'without learning'}, "
+        "how": f"{water_text(flight['eddies'])}, {'learning' if flight['learning'] else 'without learning'}, "
         f"revision {short_revision(flight['revision'])}",
         "misses": "; ".join(_misses(v)),
         "happened": _happened(v),

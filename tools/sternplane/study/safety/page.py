@@ -27,12 +27,12 @@ from sternplane.study.safety.flight_list import (
     finding_anchor,
 )
 from sternplane.study.safety.glossary import GLOSSARY
-from sternplane.study.safety.judge import SURFACE, TOO_DEEP, Ending
+from sternplane.study.safety.judge import SURFACE, TOO_DEEP
 from sternplane.study.safety.mission import BOTTOM, DEPTH_MAX, ONSETS, PLACES
 from sternplane.study.safety.overview import accused_of, counted, mood_of_wrong, named_enough, overview
 from sternplane.study.safety.quiet_flights import quiet_section
 from sternplane.study.safety.trial import Trial
-from sternplane.study.safety.verdict import Verdict, by_trial, judge
+from sternplane.study.safety.verdict import Verdict, by_trial, is_unsafe, judge
 
 _STATE = {True: "good", False: "bad", None: ""}
 
@@ -46,7 +46,7 @@ def page(
 ) -> str:
     """Return the report as HTML; `settings` are what `--set` laid upon all flights."""
     verdicts = [judge(flight) for flight in flights if flight["trial"]]
-    unsafe = sum(v.unsafe for v in verdicts) + sum(Ending(f["ending"]).unsafe for f in flights if not f["trial"])
+    unsafe = sum(v.unsafe for v in verdicts) + sum(is_unsafe(f) for f in flights if not f["trial"])
     missed, judged = sum(row.ok is False for row in rows), sum(row.ok is not None for row in rows)
     excused = sum(v.ending.unsafe and v.excused for v in verdicts)
     named = [v for v in verdicts if v.trial.named is not None]

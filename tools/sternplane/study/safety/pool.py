@@ -10,8 +10,8 @@ from rich.console import Console
 from sternplane.campaign.engine import complete
 from sternplane.study.safety.campaign import Job
 from sternplane.study.safety.flight import run
-from sternplane.study.safety.judge import Ending
 from sternplane.study.safety.store import Store
+from sternplane.study.safety.verdict import is_unsafe
 
 
 def fly_all(jobs: Sequence[Job], store: Store, revision: str, console: Console, settings: tuple[str, ...] = ()) -> None:
@@ -20,7 +20,7 @@ def fly_all(jobs: Sequence[Job], store: Store, revision: str, console: Console, 
 
     def keep(_: Job, flight: dict[str, Any]) -> None:
         store.add(flight)
-        if Ending(flight["ending"]).unsafe:
+        if is_unsafe(flight):
             console.print(f"{flight['ending']}: {flight['key']}: {flight['outcome']}", highlight=False, soft_wrap=True)
 
     def arguments(job: Job) -> tuple[Job, str, str, tuple[str, ...]]:

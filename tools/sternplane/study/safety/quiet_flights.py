@@ -12,6 +12,7 @@ from sternplane.study.safety.campaign import QUIET_FLIGHTS, Job
 from sternplane.study.safety.columns import COLUMN_OF, words
 from sternplane.study.safety.flight_list import commands
 from sternplane.study.safety.judge import Ending
+from sternplane.study.safety.verdict import is_alarmed, is_unsafe, water_text
 
 _HEAD = ("water", "flights", "of, s", "with a false alarm", "unsafe", "worst error of depth, m", "flown again by")
 _ALARMS_HEAD = ("seed", "what was said or done without cause", "log", "flown again by")
@@ -25,10 +26,10 @@ def quiet_section(flights: Sequence[Mapping[str, Any]], settings: Sequence[str])
     lines = []
     for eddies in sorted({flight["eddies"] for flight in quiet}):
         those = [flight for flight in quiet if flight["eddies"] == eddies]
-        alarms, unsafe = sum(map(_alarmed, those)), sum(map(_unsafe, those))
+        alarms, unsafe = sum(map(is_alarmed, those)), sum(map(is_unsafe, those))
         lines.append(
             (
-                f"eddies of {eddies:g} m/s" if eddies else "still water",
+                water_text(eddies),
                 str(len(those)),
                 f"{max(flight['found']['t_end'] for flight in those):.0f}",
                 Cell(str(alarms), "bad" if alarms else "good"),
@@ -38,7 +39,7 @@ def quiet_section(flights: Sequence[Mapping[str, Any]], settings: Sequence[str])
             )
         )
     tables = [Table(lines, _HEAD)]
-    if wrong := [flight for flight in quiet if _alarmed(flight) or _unsafe(flight)]:
+    if wrong := [flight for flight in quiet if is_alarmed(flight) or is_unsafe(flight)]:
         tables.append(Table([_line(flight, settings) for flight in wrong], _ALARMS_HEAD))
     return Section(
         "Flights without a fault",
@@ -53,20 +54,12 @@ def quiet_section(flights: Sequence[Mapping[str, Any]], settings: Sequence[str])
     )
 
 
-def _alarmed(flight: Mapping[str, Any]) -> bool:
-    return bool(flight["found"]["said"] or flight["found"]["rules"])
-
-
-def _unsafe(flight: Mapping[str, Any]) -> bool:
-    return Ending(flight["ending"]).unsafe
-
-
 def _line(flight: Mapping[str, Any], settings: Sequence[str]) -> tuple[str, ...]:
     found = flight["found"]
     marks = [(t, f"{name} {words(kind)}") for t, name, kind in found["said"]]
     marks += [(t, f"rule: {words(cause)}") for t, cause in found["rules"]]
     parts = [f"{text} at {t:g} s" for t, text in sorted(marks)]
-    if _unsafe(flight):
+    if is_unsafe(flight):
         parts.append(f"unsafe: {COLUMN_OF[Ending(flight['ending'])].head}")
     return str(flight["seed"]), ", ".join(parts), flight["log"] or "–", _again(flight, settings)
 

@@ -90,6 +90,21 @@ def judge(flight: Mapping[str, Any]) -> Verdict:
     )
 
 
+def is_unsafe(flight: Mapping[str, Any]) -> bool:
+    """Return whether a flight ended so that, without a bound, nothing excuses it."""
+    return Ending(flight["ending"]).unsafe
+
+
+def is_alarmed(quiet: Mapping[str, Any]) -> bool:
+    """Return whether anything was said or done in a flight without a fault."""
+    return bool(quiet["found"]["said"] or quiet["found"]["rules"])
+
+
+def water_text(eddies: float) -> str:
+    """Return in what water a flight was; eddies by 1 sigma, m/s."""
+    return f"eddies of {eddies:g} m/s" if eddies else "still water"
+
+
 def _told(trial: Trial, found: Mapping[str, Any]) -> list[float]:
     """Return when something was said or done, s, but for what is right before the fault strikes."""
     return [t for t, *_ in found["said"]] + [t for t, cause in found["rules"] if cause not in trial.before]
@@ -135,7 +150,7 @@ def by_trial(verdicts: Iterable[Verdict]) -> dict[str, list[Verdict]]:
 def _safety(verdicts: Sequence[Verdict], quiet: Sequence[Mapping[str, Any]]) -> list[Row]:
     found = [Row("safe", "flights with an unsafe end", _count(v.unsafe for v in verdicts), 0.0, len(verdicts))]
     if quiet:
-        unsafe = _count(Ending(flight["ending"]).unsafe for flight in quiet)
+        unsafe = _count(map(is_unsafe, quiet))
         found.append(Row("safe", "quiet flights with an unsafe end", unsafe, 0.0, len(quiet)))
     for ending in Ending:
         if ending.unsafe:
@@ -211,9 +226,8 @@ def _alarms(verdicts: Sequence[Verdict], quiet: Sequence[Mapping[str, Any]]) -> 
     found = []
     for eddies in sorted({flight["eddies"] for flight in quiet}):
         those = [flight for flight in quiet if flight["eddies"] == eddies]
-        count = _count(bool(flight["found"]["said"] or flight["found"]["rules"]) for flight in those)
-        water = f"eddies of {eddies:g} m/s" if eddies else "still water"
-        figure = f"flights with a false alarm, {water}, twice the noise"
+        count = _count(map(is_alarmed, those))
+        figure = f"flights with a false alarm, {water_text(eddies)}, twice the noise"
         found.append(Row("false alarms", figure, count, 0.0, len(those)))
     count = _count(v.early for v in verdicts)
     return [*found, Row("false alarms", "flights with an alarm before the fault", count, 0.0, len(verdicts))]
